@@ -10,6 +10,8 @@
 
 #include "core/error.h"
 
+#include <stddef.h>
+
 typedef struct FileAtomic {
     char *path;      /**< the final name */
     char *temp_path; /**< where to write; NULL when nothing is open */
