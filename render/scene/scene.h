@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  The scene stage: what the caller described, and its normalised form that every later stage reads.
+ *
+ *  scene_normalise() checks the whole, transforms everything in double precision into *scene space* (the casters
+ *  are centred at the origin and about one unit in size), and after it everything is finite. In scene space
+ *  lengths are `units_per_m` times metres; radiance and irradiance keep their values, flux is multiplied by
+ *  units_per_m squared (so that flux / area stays irradiance) and divided again where it is reported. */
+#ifndef RENDER_SCENE_SCENE_H
+#define RENDER_SCENE_SCENE_H
+
+#include "caustics/scene.h"
+#include "core/error.h"
+#include "core/param.h"
+#include "core/vec.h"
+#include "render/light/light.h"
+#include "render/material/material.h"
+#include "render/scene/shape.h"
+
+#include <stdint.h>
+
+struct cau_context {
+    CauError error;
+};
+
+typedef enum CameraType { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC } CameraType;
+typedef enum FilterType { FILTER_BOX, FILTER_GAUSSIAN, FILTER_BLACKMAN_HARRIS } FilterType;
+
+typedef struct CameraParams {
+    double type, hfov_deg, ortho_width, shift[2], clip[2], resolution[2], pixel_aspect, exposure;
+    double matrix[16];
+} CameraParams;
+
+typedef struct FilterParams {
+    double type, width;
+} FilterParams;
+
+typedef struct WorldParams {
+    double color[3], strength;
+} WorldParams;
+
+/** Cycles' bounce limits; -1 is none. */
+typedef struct BounceParams {
+    double total, diffuse, glossy, transmission;
+} BounceParams;
+
+enum { VISIBLE_DIFFUSE = 1, VISIBLE_GLOSSY = 2, VISIBLE_TRANSMISSION = 4, VISIBLE_SHADOW = 8, VISIBLE_CAMERA = 16 };
+
+typedef struct ObjectParams {
+    double matrix[16], position[3], scale[3], rotation_deg[3];
+    double smooth, visible_to_camera, visible_to, casts_caustics, receives_caustics;
+} ObjectParams;
+
+extern const ParamTable camera_table, filter_table, world_table, bounces_table, object_table;
+
+enum { PLACED_NOT, PLACED_BY_MATRIX, PLACED_BY_LOOK, PLACED_BY_PARTS };
+
+typedef struct Object {
+    char *name, *material_name;
+    ObjectParams params;
+    int placed;
+    const ShapeKind *shape; /**< NULL: mesh given by the caller */
+    void *shape_data;
+    Mesh mesh; /**< local space; tessellated from the shape by scene_normalise() when it is not exact */
+    int material;
+    bool exact;              /**< intersected through shape->intersect, `mesh` is empty */
+    Affine local_to_scene, scene_to_local; /**< filled by scene_normalise() */
+    V3 bounds_min, bounds_max;             /**< scene space */
+    unsigned visibility;                   /**< VISIBLE_* */
+    bool casts, receives;
+} Object;
+
+typedef struct Camera {
+    CameraType type;
+    V3 position, right, up, forward; /**< scene space, orthonormal */
+    double tan_half_width;           /**< perspective: tan(hfov / 2) */
+    double ortho_width;              /**< scene units */
+    double shift_x, shift_y;         /**< image widths */
+    double clip_near, clip_far;      /**< scene units */
+    int width, height;
+    double pixel_aspect, exposure;
+    FilterType filter;
+    double filter_width; /**< pixels */
+} Camera;
+
+struct cau_scene {
+    cau_context *context;
+    CameraParams camera;
+    int camera_placed;
+    FilterParams filter;
+    WorldParams world;
+    BounceParams bounces;
+    char *world_group, *color_space;
+    Material *materials;
+    size_t material_count, material_capacity;
+    Object *objects;
+    size_t object_count, object_capacity;
+    LightSource *lights;
+    size_t light_count, light_capacity;
+};
+
+/** The normalised scene. It borrows materials and meshes from the cau_scene, which must outlive it. */
+typedef struct Scene {
+    const struct cau_scene *source;
+    Camera camera;
+    V3 origin_m;        /**< world position of the scene-space origin */
+    double units_per_m; /**< scene units per metre */
+    BounceParams bounces;
+    Object *objects;
+    size_t object_count;
+    const Material *materials;
+    size_t material_count;
+    Light *lights; /**< the world, if not black, is the last one */
+    size_t light_count;
+    V3 bounds_min, bounds_max; /**< of all objects, scene space */
+    char **warnings;
+    size_t warning_count;
+} Scene;
+
+/** Checks and normalises. The camera's resolution may be overridden (0: as in the scene). */
+cau_result scene_normalise(
+    struct cau_scene *source, int width_override, int height_override, Scene *out, CauError *err);
+void scene_free(Scene *scene);
+
+/** p_scene = (p_world - origin) * units_per_m. */
+static inline V3 scene_from_world(const Scene *s, V3 p) {
+    return v3_scale(v3_sub(p, s->origin_m), s->units_per_m);
+}
+
+#endif
