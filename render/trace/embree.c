@@ -1,0 +1,360 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/trace/embree.h"
+
+#include "core/checked.h"
+
+#include <float.h>
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+typedef struct RTCRayQueryContext QueryContext;
+#else
+#include <embree3/rtcore.h>
+typedef struct RTCIntersectContext QueryContext;
+#endif
+
+struct TraceScene {
+    const Scene *scene;
+    RTCDevice device;
+    RTCScene rtc;
+    bool any_hidden;      /* some object is invisible to some kind of ray */
+    bool any_transparent; /* some object lets light straight through */
+};
+
+/* What an exact surface needs beyond Embree's single precision. */
+typedef struct ExactQuery {
+    QueryContext base; /* first: Embree hands back a pointer to it */
+    const TraceScene *trace;
+    const Ray *ray;
+    unsigned geometry; /* of the best exact hit so far */
+    ShapeHit best;
+} ExactQuery;
+
+/* gamma(7) of PBR: seven roundings in Embree's hit point at most. */
+#define ERROR_GAMMA 4.2e-7
+
+static void query_init(ExactQuery *q, const TraceScene *trace, const Ray *ray) {
+#if RTC_VERSION_MAJOR >= 4
+    rtcInitRayQueryContext(&q->base);
+#else
+    rtcInitIntersectContext(&q->base);
+#endif
+    q->trace = trace;
+    q->ray = ray;
+    q->geometry = RTC_INVALID_GEOMETRY_ID;
+}
+
+static void rtc_intersect(const TraceScene *s, ExactQuery *q, struct RTCRayHit *rayhit) {
+#if RTC_VERSION_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &q->base;
+    rtcIntersect1(s->rtc, rayhit, &arguments);
+#else
+    rtcIntersect1(s->rtc, &q->base, rayhit);
+#endif
+}
+
+static void rtc_occluded(const TraceScene *s, ExactQuery *q, struct RTCRay *ray) {
+#if RTC_VERSION_MAJOR >= 4
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    arguments.context = &q->base;
+    rtcOccluded1(s->rtc, ray, &arguments);
+#else
+    rtcOccluded1(s->rtc, &q->base, ray);
+#endif
+}
+
+/* ---- exact surfaces ---- */
+
+static void exact_bounds(const struct RTCBoundsFunctionArguments *a) {
+    const Object *o = a->geometryUserPtr;
+    double pad = 1e-5 * v3_length(v3_sub(o->bounds_max, o->bounds_min)) + 1e-30;
+    *a->bounds_o = (struct RTCBounds){.lower_x = (float)(o->bounds_min.x - pad),
+        .lower_y = (float)(o->bounds_min.y - pad), .lower_z = (float)(o->bounds_min.z - pad),
+        .upper_x = (float)(o->bounds_max.x + pad), .upper_y = (float)(o->bounds_max.y + pad),
+        .upper_z = (float)(o->bounds_max.z + pad)};
+}
+
+/* The true line against the surface in its local space; t stays the same under the affine map. */
+static bool exact_hit(const Object *o, const Ray *ray, double t_max, ShapeHit *hit) {
+    V3 origin = affine_point(&o->scene_to_local, ray->origin), dir = affine_vector(&o->scene_to_local, ray->dir);
+    return o->shape->intersect(o->shape_data, origin, dir, ray->t_min, t_max, hit);
+}
+
+static void exact_intersect(const struct RTCIntersectFunctionNArguments *a) {
+    if (!a->valid[0]) return;
+    ExactQuery *q = (ExactQuery *)a->context;
+    const Object *o = a->geometryUserPtr;
+    struct RTCRayHit *rayhit = (struct RTCRayHit *)a->rayhit;
+    ShapeHit hit;
+    if (!exact_hit(o, q->ray, fmin(q->ray->t_max, (double)rayhit->ray.tfar), &hit)) return;
+    q->best = hit;
+    q->geometry = a->geomID;
+    rayhit->ray.tfar = (float)hit.t;
+    rayhit->hit.geomID = a->geomID;
+    rayhit->hit.primID = a->primID;
+    rayhit->hit.u = rayhit->hit.v = 0;
+    rayhit->hit.Ng_x = (float)hit.normal.x;
+    rayhit->hit.Ng_y = (float)hit.normal.y;
+    rayhit->hit.Ng_z = (float)hit.normal.z;
+}
+
+static void exact_occluded(const struct RTCOccludedFunctionNArguments *a) {
+    if (!a->valid[0]) return;
+    ExactQuery *q = (ExactQuery *)a->context;
+    struct RTCRay *ray = (struct RTCRay *)a->ray;
+    ShapeHit hit;
+    if (exact_hit(a->geometryUserPtr, q->ray, q->ray->t_max, &hit)) ray->tfar = -INFINITY;
+}
+
+/* ---- building ---- */
+
+static RTCGeometry exact_geometry(RTCDevice device, Object *o) {
+    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(g, 1);
+    rtcSetGeometryUserData(g, o);
+    rtcSetGeometryBoundsFunction(g, exact_bounds, NULL);
+    rtcSetGeometryIntersectFunction(g, exact_intersect);
+    rtcSetGeometryOccludedFunction(g, exact_occluded);
+    return g;
+}
+
+static RTCGeometry mesh_geometry(RTCDevice device, const Mesh *mesh) {
+    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    float *vertices = rtcSetNewGeometryBuffer(
+        g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh->vertex_count);
+    uint32_t *indices = rtcSetNewGeometryBuffer(
+        g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), mesh->triangle_count);
+    if (vertices && indices) {
+        for (size_t i = 0; i < 3 * mesh->vertex_count; i++) vertices[i] = (float)mesh->positions[i];
+        memcpy(indices, mesh->triangles, 3 * sizeof(uint32_t) * mesh->triangle_count);
+    }
+    return g;
+}
+
+static cau_result device_check(const TraceScene *s, const char *what, CauError *err) {
+    enum RTCError code = rtcGetDeviceError(s->device);
+    if (code == RTC_ERROR_NONE) return CAU_OK;
+    return error_set(err, CAU_ERROR_RESOURCE, "Embree failed (error %d) while %s; is there enough memory?", (int)code,
+        what);
+}
+
+cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
+    *out = NULL;
+    TraceScene *s = array_new(1, sizeof *s);
+    if (!s) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
+    s->scene = scene;
+    s->device = rtcNewDevice(NULL);
+    if (!s->device) {
+        free(s);
+        return error_set(err, CAU_ERROR_RESOURCE, "Embree could not be started on this processor");
+    }
+    s->rtc = rtcNewScene(s->device);
+    rtcSetSceneFlags(s->rtc, RTC_SCENE_FLAG_ROBUST);
+    for (size_t i = 0; i < scene->object_count; i++) {
+        Object *o = &scene->objects[i];
+        if (o->visibility != 31u) s->any_hidden = true;
+        if (scene->materials[o->material].kind->transparency) s->any_transparent = true;
+        if (!o->exact && o->mesh.triangle_count == 0) continue;
+        RTCGeometry g = o->exact ? exact_geometry(s->device, o) : mesh_geometry(s->device, &o->mesh);
+        rtcCommitGeometry(g);
+        rtcAttachGeometryByID(s->rtc, g, (unsigned)i);
+        rtcReleaseGeometry(g);
+    }
+    rtcCommitScene(s->rtc);
+    cau_result result = device_check(s, "building its tree", err);
+    if (result != CAU_OK)
+        trace_destroy(&s);
+    else
+        *out = s;
+    return result;
+}
+
+void trace_destroy(TraceScene **scene) {
+    if (!*scene) return;
+    rtcReleaseScene((*scene)->rtc);
+    rtcReleaseDevice((*scene)->device);
+    free(*scene);
+    *scene = NULL;
+}
+
+/* ---- rays ---- */
+
+Ray ray_from_point(V3 origin, V3 dir, double t_min, double t_max, unsigned visibility) {
+    return (Ray){.origin = origin, .dir = dir, .t_min = t_min, .t_max = t_max, .visibility = visibility};
+}
+
+Ray ray_from_hit(const Hit *hit, V3 dir, double t_max, unsigned visibility) {
+    double d = fabs(hit->ng.x) * hit->error.x + fabs(hit->ng.y) * hit->error.y + fabs(hit->ng.z) * hit->error.z;
+    if (v3_dot(dir, hit->ng) < 0) d = -d;
+    return (Ray){.origin = hit->position, .dir = dir, .offset = v3_scale(hit->ng, d), .t_min = fabs(d) * 0.5,
+        .t_max = t_max, .visibility = visibility};
+}
+
+/* The next float away from zero offset: the rounding must not undo the offset. */
+static float start_coordinate(double p, double offset) {
+    float f = (float)(p + offset);
+    if (offset > 0) return nextafterf(f, INFINITY);
+    if (offset < 0) return nextafterf(f, -INFINITY);
+    return f;
+}
+
+static float limit(double t) { return t < (double)FLT_MAX ? (float)t : INFINITY; }
+
+static struct RTCRay rtc_ray(const Ray *ray) {
+    bool leaves_surface = ray->offset.x != 0 || ray->offset.y != 0 || ray->offset.z != 0;
+    return (struct RTCRay){.org_x = start_coordinate(ray->origin.x, ray->offset.x),
+        .org_y = start_coordinate(ray->origin.y, ray->offset.y),
+        .org_z = start_coordinate(ray->origin.z, ray->offset.z), .dir_x = (float)ray->dir.x,
+        .dir_y = (float)ray->dir.y, .dir_z = (float)ray->dir.z, .tnear = leaves_surface ? 0 : (float)ray->t_min,
+        .tfar = limit(ray->t_max), .mask = 0xffffffffu};
+}
+
+static V3 vertex(const Mesh *m, uint32_t i) {
+    return v3((float)m->positions[3 * (size_t)i], (float)m->positions[3 * (size_t)i + 1],
+        (float)m->positions[3 * (size_t)i + 2]);
+}
+
+/* The hit of the true line with the triangle that Embree found: plane and barycentrics in double. */
+static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t primitive, Hit *hit) {
+    const uint32_t *index = &m->triangles[3 * (size_t)primitive];
+    V3 a = vertex(m, index[0]), b = vertex(m, index[1]), c = vertex(m, index[2]);
+    V3 ab = v3_sub(b, a), ac = v3_sub(c, a), n = v3_cross(ab, ac);
+    double facing = v3_dot(n, ray->dir), t = t_found;
+    if (facing != 0) {
+        double exact = v3_dot(n, v3_sub(a, ray->origin)) / facing;
+        /* A sliver seen edge-on may send the double solution away: then Embree's own is the safer one. */
+        if (isfinite(exact) && fabs(exact - t_found) < 1e-3 * (t_found + v3_length(ab) + v3_length(ac))) t = exact;
+    }
+    V3 p = v3_mad(ray->origin, t, ray->dir), ap = v3_sub(p, a);
+    double nn = v3_dot(n, n), v = v3_dot(v3_cross(ap, ac), n) / nn, w = v3_dot(v3_cross(ab, ap), n) / nn;
+    v = clamp(v, 0, 1);
+    w = clamp(w, 0, 1 - v);
+    double u = 1 - v - w;
+    hit->t = t;
+    hit->position = p;
+    hit->ng = v3_scale(n, 1 / sqrt(nn));
+    hit->error = v3_scale(v3(fabs(u * a.x) + fabs(v * b.x) + fabs(w * c.x),
+                              fabs(u * a.y) + fabs(v * b.y) + fabs(w * c.y),
+                              fabs(u * a.z) + fabs(v * b.z) + fabs(w * c.z)),
+        ERROR_GAMMA);
+    hit->ns = hit->ng;
+    if (m->normals) {
+        const float *k = &m->normals[9 * (size_t)primitive];
+        V3 ns = v3(u * (double)k[0] + v * (double)k[3] + w * (double)k[6],
+            u * (double)k[1] + v * (double)k[4] + w * (double)k[7],
+            u * (double)k[2] + v * (double)k[5] + w * (double)k[8]);
+        double length = v3_length(ns);
+        if (length > 1e-6) hit->ns = v3_scale(ns, 1 / length);
+        if (v3_dot(hit->ns, hit->ng) <= 0) hit->ns = hit->ng;
+    }
+}
+
+static void exact_surface_hit(const Object *o, const ExactQuery *q, Hit *hit) {
+    hit->t = q->best.t;
+    hit->position = affine_point(&o->local_to_scene, q->best.position);
+    V3 n = affine_normal(&o->local_to_scene, q->best.normal);
+    if (affine_determinant(&o->local_to_scene) < 0) n = v3_neg(n);
+    hit->ng = hit->ns = v3_normalize(n);
+    V3 p = hit->position;
+    double size = 1e-3 * v3_length(v3_sub(o->bounds_max, o->bounds_min));
+    hit->error = v3_scale(v3(fabs(p.x) + size, fabs(p.y) + size, fabs(p.z) + size), ERROR_GAMMA);
+}
+
+/* One query of Embree; objects are not filtered by visibility. */
+static bool nearest(const TraceScene *s, const Ray *ray, Hit *hit) {
+    ExactQuery q;
+    query_init(&q, s, ray);
+    struct RTCRayHit rayhit = {.ray = rtc_ray(ray)};
+    rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtc_intersect(s, &q, &rayhit);
+    if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+    const Object *o = &s->scene->objects[rayhit.hit.geomID];
+    hit->object = (int)rayhit.hit.geomID;
+    hit->primitive = rayhit.hit.primID;
+    hit->material = &s->scene->materials[o->material];
+    if (o->exact)
+        exact_surface_hit(o, &q, hit);
+    else
+        triangle_hit(&o->mesh, ray, (double)rayhit.ray.tfar, rayhit.hit.primID, hit);
+    return true;
+}
+
+enum { PASSES_MAX = 4096 };
+
+bool trace_nearest(const TraceScene *s, const Ray *ray, Hit *hit) {
+    if (!s->any_hidden || ray->visibility == 0) return nearest(s, ray, hit);
+    Ray rest = *ray;
+    double travelled = 0;
+    for (int pass = 0; pass < PASSES_MAX; pass++) {
+        if (!nearest(s, &rest, hit)) return false;
+        hit->t += travelled;
+        if (s->scene->objects[hit->object].visibility & ray->visibility) return true;
+        travelled = hit->t;
+        rest = ray_from_hit(hit, ray->dir, ray->t_max - travelled, ray->visibility);
+    }
+    return false;
+}
+
+bool trace_anything_between(const TraceScene *s, const Ray *ray) {
+    ExactQuery q;
+    query_init(&q, s, ray);
+    struct RTCRay r = rtc_ray(ray);
+    rtc_occluded(s, &q, &r);
+    return r.tfar < 0;
+}
+
+Rgb trace_transmittance(const TraceScene *s, const Ray *ray) {
+    if (!s->any_hidden && !s->any_transparent) return rgb_grey(trace_anything_between(s, ray) ? 0 : 1);
+    Rgb through = rgb_grey(1);
+    Ray rest = *ray;
+    for (int pass = 0; pass < PASSES_MAX; pass++) {
+        Hit hit;
+        if (!trace_nearest(s, &rest, &hit)) return through;
+        if (!hit.material->kind->transparency) break;
+        through = rgb_mul(through, hit.material->kind->transparency(hit.material));
+        if (rgb_black(through)) break;
+        rest = ray_from_hit(&hit, ray->dir, rest.t_max - hit.t, ray->visibility);
+    }
+    return rgb_grey(0);
+}
+
+/* ---- what lies near a point ---- */
+
+typedef struct Collector {
+    const Scene *scene;
+    NearTriangle *out;
+    size_t count, capacity;
+} Collector;
+
+static bool collect(struct RTCPointQueryFunctionArguments *a) {
+    Collector *c = a->userPtr;
+    if (c->count == c->capacity) {
+        c->count++;
+        a->query->radius = 0; /* enough: end the search */
+        return true;
+    }
+    if (c->count > c->capacity) return false;
+    const Object *o = &c->scene->objects[a->geomID];
+    NearTriangle *t = &c->out[c->count++];
+    *t = (NearTriangle){.object = (int)a->geomID, .primitive = a->primID, .exact = o->exact};
+    if (o->exact) return false;
+    const uint32_t *index = &o->mesh.triangles[3 * (size_t)a->primID];
+    t->a = vertex(&o->mesh, index[0]);
+    t->b = vertex(&o->mesh, index[1]);
+    t->c = vertex(&o->mesh, index[2]);
+    return false;
+}
+
+size_t trace_collect(const TraceScene *s, V3 center, double radius, NearTriangle *out, size_t capacity) {
+    Collector c = {s->scene, out, 0, capacity};
+    struct RTCPointQuery query = {
+        .x = (float)center.x, .y = (float)center.y, .z = (float)center.z, .radius = (float)radius};
+    struct RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(s->rtc, &query, &context, collect, &c);
+    return c.count;
+}
