@@ -127,7 +127,7 @@ def triangles(faces):
     return np.concatenate([f[:, [0, i, i + 1]] for f in faces for i in range(1, f.shape[1] - 1)])
 
 
-def write_ply(path, vertices, faces, comment):
+def write_ply(file, vertices, faces, comment):
     """Binary little-endian PLY: float32 positions, triangles. The same input gives the same bytes."""
     t = triangles(faces)
     head = ("ply\nformat binary_little_endian 1.0\ncomment %s\nelement vertex %d\nproperty float x\nproperty float y\n"
@@ -135,10 +135,9 @@ def write_ply(path, vertices, faces, comment):
             % (comment, len(vertices), len(t)))
     rec = np.zeros(len(t), dtype=[("n", "u1"), ("v", "<i4", 3)])
     rec["n"], rec["v"] = 3, t
-    with open(path, "wb") as f:
-        f.write(head.encode("ascii"))
-        f.write(np.asarray(vertices, "<f4").tobytes())
-        f.write(rec.tobytes())
+    file.write(head.encode("ascii"))
+    file.write(np.asarray(vertices, "<f4").tobytes())
+    file.write(rec.tobytes())
 
 
 def read_ply(path):
