@@ -68,7 +68,8 @@ typedef struct LightKind {
     /** Draws a direction from p towards the light. False: no light reaches p. */
     bool (*sample)(const Light *l, V3 p, double u, double v, LightSample *out);
     /** Radiance arriving along a ray from p in direction dir, if it meets the light; fills the same fields as
-     *  sample(), pdf being the density with which sample() would have drawn dir. NULL for delta-only kinds. */
+     *  sample(), pdf being the density with which sample() would have drawn dir. NULL for delta-only kinds.
+     */
     bool (*hit)(const Light *l, V3 p, V3 dir, LightSample *out);
     /** Draws the start of a photon. */
     void (*emit_start)(const Light *l, double u, double v, EmitStart *out);

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  The body of point and spot lights: a point, or a sphere of uniform radiance seen from outside. */
+#ifndef RENDER_LIGHT_BALL_H
+#define RENDER_LIGHT_BALL_H
+
+#include "render/light/light_common.h"
+
+/** Radius in scene units (0: a point); intensity P / (4 pi), or radiance P / (4 pi^2 r^2) with a radius: a
+ *  sphere's intensity is radiance times pi r^2. The kind's own values begin at BALL_DERIVED. */
+enum { BALL_RADIUS, BALL_VALUE, BALL_DERIVED };
+
+cau_result ball_prepare(
+    double power_w, double radius_m, double flux_scale, Light *out, const char *owner, CauError *err);
+
+/** As LightKind.sample and .hit, before any attenuation by direction. */
+bool ball_sample(const Light *l, V3 p, double u, double v, LightSample *out);
+bool ball_hit(const Light *l, V3 p, V3 dir, LightSample *out);
+
+/** As LightKind.emit. */
+Rgb ball_emit(const Light *l, const EmitStart *start, V3 dir);
+
+#endif

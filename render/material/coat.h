@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  A dielectric-like GGX coat (Schlick's Fresnel term, F90 = 1) and its directional albedo: the share of
+ * light from a direction that the coat reflects, which what lies below it does not get. */
+#ifndef RENDER_MATERIAL_COAT_H
+#define RENDER_MATERIAL_COAT_H
+
+#include "core/vec.h"
+
+enum { COAT_NODES = 64 };
+
+/** Doubles only: it lives in Material.derived. */
+typedef struct Coat {
+    double alpha; /**< 0: smooth, no table */
+    double f0;
+    double albedo[COAT_NODES]; /**< at cos = (i / (COAT_NODES - 1))^2 */
+} Coat;
+
+void coat_prepare(Coat *coat, double f0, double alpha);
+
+/** The directional albedo at a cosine in [0, 1]. */
+double coat_albedo(const Coat *coat, double cos_i);
+
+#endif

@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A GGX coat over a Lambert base. The base gets what the coat leaves towards the eye, 1 - E(eye), as Cycles'
+ * Principled BSDF of a later version and most film renderers do; it is not reciprocal, so a photon, whose wo
+ * is the eye's side, uses E(wo): the very factor an eye path along the same segments has. */
+#include "core/sampling.h"
+#include "render/material/coat.h"
+#include "render/material/fresnel.h"
+#include "render/material/microfacet.h"
+#include "render/material/shading.h"
+
+typedef struct PlasticParams {
+    double color[3], roughness, specular;
+} PlasticParams;
+
+_Static_assert(sizeof(Coat) <= MATERIAL_DERIVED_MAX * sizeof(double), "the coat must fit Material.derived");
+
+static const Param params[] = {
+    MATERIAL_COLOR(PlasticParams, color, 0.8, PARAM_REQUIRED, "albedo of the base"),
+    MATERIAL_NUMBER(
+        PlasticParams, roughness, 0.5, 0, 1, "of the coat; 0 is smooth; GGX with alpha = roughness squared"),
+    MATERIAL_NUMBER(
+        PlasticParams, specular, 0.5, 0, 1, "reflectance of the coat seen straight on, in units of 0.08"),
+    MATERIAL_COMMON,
+};
+
+static void prepare(Material *m) {
+    const PlasticParams *p = MATERIAL_PARAMS(PlasticParams, m);
+    Coat *coat = MATERIAL_DERIVED_MUTABLE(Coat, m);
+    coat_prepare(coat, 0.08 * p->specular, ggx_alpha(p->roughness));
+    m->lobes = LOBE_DIFFUSE | (coat->alpha > 0.0 ? LOBE_GLOSSY : LOBE_SPECULAR);
+}
+
+/* Probability that sample() takes the coat, from what each lobe reflects. Kept off 0 and 1 while both may
+ * matter: the coat reflects far more at grazing half vectors than its mean says. */
+static double coat_probability(const Material *m, unsigned lobes, double coat_e) {
+    unsigned both = lobes & m->lobes;
+    if (!(both & LOBE_CASTING)) return 0.0;
+    double base = (1.0 - coat_e) * rgb_mean(rgb_of(MATERIAL_PARAMS(PlasticParams, m)->color));
+    if (!(both & LOBE_DIFFUSE) || !(base > 0.0)) return 1.0;
+    return clamp(coat_e / (coat_e + base), 0.05, 0.95);
+}
+
+/* The density with which sample() with these lobes draws the local direction o. */
+static double density(const Coat *coat, V3 wi, V3 o, double p_coat) {
+    double pdf = (1.0 - p_coat) * o.z / CAU_PI;
+    if (coat->alpha > 0.0 && p_coat > 0.0)
+        pdf += p_coat * ggx_reflect_pdf(wi, v3_normalize(v3_add(wi, o)), coat->alpha);
+    return pdf;
+}
+
+/* The coat's reflectance relative to its density: F G1(wo), or F of the mirror. */
+static double coat_weight(const Coat *coat, V3 o, double c) {
+    double f = schlick(coat->f0, c);
+    return coat->alpha > 0.0 ? f * ggx_g1(o, coat->alpha) : f;
+}
+
+static bool sample_coat(const Coat *coat, const ShadingFrame *f, const LocalFrame *l, const double u[3],
+    double p_coat, ScatterSample *out) {
+    bool rough = coat->alpha > 0.0;
+    V3 h = rough ? ggx_sample(l->wi, coat->alpha, u[0], u[1]) : v3(0.0, 0.0, 1.0);
+    double c = v3_dot(l->wi, h);
+    V3 o = reflect_about(l->wi, h, c);
+    if (!sample_direction(f, l, o, false, out)) return false;
+    out->lobe = rough ? LOBE_GLOSSY : LOBE_SPECULAR;
+    out->weight = rgb_grey(coat_weight(coat, o, c) / p_coat);
+    out->pdf = rough ? density(coat, l->wi, o, p_coat) : 0.0;
+    return true;
+}
+
+/* The weight belongs to the lobe drawn; the density is of wo by either, so that weights against other ways to
+ * find wo (which evaluate both) add up. */
+static bool sample(const Material *m, const ShadingFrame *f, V3 wi, const double u[3], unsigned lobes,
+    bool from_light, ScatterSample *out) {
+    const Coat *coat = MATERIAL_DERIVED(Coat, m);
+    LocalFrame l;
+    if (!(lobes & m->lobes) || !frame_valid(f, wi, &l)) return false;
+    double e_i = coat_albedo(coat, l.wi.z), p_coat = coat_probability(m, lobes, e_i);
+    if (u[2] < p_coat) return sample_coat(coat, f, &l, u, p_coat, out);
+    V3 o = sample_cosine_cone(1.0, u[0], u[1]);
+    if (!sample_direction(f, &l, o, false, out)) return false;
+    double left = 1.0 - (from_light ? coat_albedo(coat, o.z) : e_i);
+    out->lobe = LOBE_DIFFUSE;
+    out->weight = rgb_scale(rgb_of(MATERIAL_PARAMS(PlasticParams, m)->color), left / (1.0 - p_coat));
+    out->pdf = density(coat, l.wi, o, p_coat);
+    return true;
+}
+
+static Rgb eval(const Material *m, const ShadingFrame *f, V3 wi, V3 wo, unsigned lobes, double *pdf) {
+    const Coat *coat = MATERIAL_DERIVED(Coat, m);
+    LocalFrame l;
+    Rgb sum = rgb_grey(0.0);
+    *pdf = 0.0;
+    if (!(lobes & m->lobes) || !frame_valid(f, wi, &l)) return sum;
+    V3 o = frame_to_local(&l, wo);
+    if (!(o.z > 0.0) || !(v3_dot(wo, f->ng) > 0.0)) return sum;
+    double e_i = coat_albedo(coat, l.wi.z);
+    *pdf = density(coat, l.wi, o, coat_probability(m, lobes, e_i));
+    if (lobes & LOBE_DIFFUSE)
+        sum = rgb_scale(rgb_of(MATERIAL_PARAMS(PlasticParams, m)->color), (1.0 - e_i) * o.z / CAU_PI);
+    if (lobes & m->lobes & LOBE_GLOSSY) {
+        V3 h = v3_normalize(v3_add(l.wi, o));
+        double value = coat_weight(coat, o, v3_dot(l.wi, h)) * ggx_reflect_pdf(l.wi, h, coat->alpha);
+        sum = rgb_add(sum, rgb_grey(value));
+    }
+    return sum;
+}
+
+static Rgb albedo(const Material *m, const ShadingFrame *f, V3 eye) {
+    if (!(v3_dot(eye, f->ng) > 0.0)) return rgb_grey(0.0);
+    double e = coat_albedo(MATERIAL_DERIVED(Coat, m), v3_dot(eye, frame_normal(f, eye)));
+    return rgb_scale(rgb_of(MATERIAL_PARAMS(PlasticParams, m)->color), 1.0 - e);
+}
+
+const MaterialKind material_plastic = {
+    .name = "plastic",
+    .help = "a coloured surface under a clear coat, the same on both sides",
+    .table = PARAM_TABLE(params),
+    .data_size = sizeof(PlasticParams),
+    .prepare = prepare,
+    .sample = sample,
+    .eval = eval,
+    .albedo = albedo,
+};
