@@ -47,24 +47,37 @@ void error_clear(CauError *err) {
 
 int cau_exit_code(cau_result result) {
     switch (result) {
-    case CAU_OK: return 0;
-    case CAU_ERROR_USAGE: return 2;
-    case CAU_ERROR_CANCELLED: return 3;
+    case CAU_OK:
+        return 0;
+    case CAU_ERROR_USAGE:
+        return 2;
+    case CAU_ERROR_CANCELLED:
+        return 3;
     case CAU_ERROR_RESOURCE:
-    case CAU_ERROR_INTERNAL: return 4;
-    default: return 1;
+    case CAU_ERROR_INTERNAL:
+        return 4;
+    default:
+        return 1;
     }
 }
 
 const char *cau_result_name(cau_result result) {
     switch (result) {
-    case CAU_OK: return "ok";
-    case CAU_ERROR_INPUT: return "bad input";
-    case CAU_ERROR_USAGE: return "bad usage";
-    case CAU_ERROR_CANCELLED: return "cancelled";
-    case CAU_ERROR_RESOURCE: return "out of a resource";
-    case CAU_ERROR_UNSUPPORTED: return "not yet supported";
-    case CAU_ERROR_INTERNAL: return "internal error";
-    default: return "unknown result";
+    case CAU_OK:
+        return "ok";
+    case CAU_ERROR_INPUT:
+        return "bad input";
+    case CAU_ERROR_USAGE:
+        return "bad usage";
+    case CAU_ERROR_CANCELLED:
+        return "cancelled";
+    case CAU_ERROR_RESOURCE:
+        return "out of a resource";
+    case CAU_ERROR_UNSUPPORTED:
+        return "not yet supported";
+    case CAU_ERROR_INTERNAL:
+        return "internal error";
+    default:
+        return "unknown result";
     }
 }

@@ -25,7 +25,8 @@ cau_result file_atomic_begin(FileAtomic *out, const char *path, CauError *err) {
     if (!path[0]) return error_set(err, CAU_ERROR_INPUT, "the output file name is empty: give one with -o");
     struct stat info;
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode))
-        return error_set(err, CAU_ERROR_INPUT, "cannot write \"%s\": it is a folder; name a file in it", path);
+        return error_set(
+            err, CAU_ERROR_INPUT, "cannot write \"%s\": it is a folder; name a file in it", path);
     size_t length = strlen(path) + 32;
     out->path = string_copy(path);
     out->temp_path = malloc(length);
@@ -75,7 +76,8 @@ cau_result file_atomic_commit(FileAtomic *file, CauError *err) {
     }
     if (failed) {
         cau_result result = error_set(err, CAU_ERROR_RESOURCE,
-            "cannot finish writing \"%s\": %s; the old file, if any, is untouched", file->path, strerror(cause));
+            "cannot finish writing \"%s\": %s; the old file, if any, is untouched", file->path,
+            strerror(cause));
         file_atomic_abort(file);
         return result;
     }
@@ -109,8 +111,8 @@ cau_result file_write_atomic(const char *path, const void *data, size_t bytes, C
     if (fd >= 0 && close(fd) != 0 && !cause) cause = errno;
     if (cause) {
         file_atomic_abort(&file);
-        return error_set(err, CAU_ERROR_RESOURCE, "cannot write %zu bytes to \"%s\": %s", bytes, path,
-            strerror(cause));
+        return error_set(
+            err, CAU_ERROR_RESOURCE, "cannot write %zu bytes to \"%s\": %s", bytes, path, strerror(cause));
     }
     return file_atomic_commit(&file, err);
 }

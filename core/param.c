@@ -11,13 +11,25 @@ enum { KNOWN_MAX = 64 };
 
 unsigned param_components(const Param *p) {
     switch (p->type) {
-    case PARAM_VEC2: return 2;
+    case PARAM_VEC2:
+        return 2;
     case PARAM_VEC3:
-    case PARAM_COLOR: return 3;
-    case PARAM_MATRIX: return 16;
-    case PARAM_LIST: return p->tuple;
-    default: return 1;
+    case PARAM_COLOR:
+        return 3;
+    case PARAM_MATRIX:
+        return 16;
+    case PARAM_LIST:
+        return p->tuple;
+    case PARAM_TEXT:
+    case PARAM_PART:
+        return 0;
+    default:
+        return 1;
     }
+}
+
+bool param_is_stored(const Param *p) {
+    return !(p->flags & PARAM_UNSUPPORTED) && p->type != PARAM_TEXT && p->type != PARAM_PART;
 }
 
 const Param *param_find(const ParamTable *table, const char *name) {
@@ -31,15 +43,32 @@ static void *param_address(const Param *p, void *data) { return (char *)data + p
 void param_defaults(const ParamTable *table, void *data) {
     for (size_t i = 0; i < table->count; i++) {
         const Param *p = &table->params[i];
-        if (p->flags & PARAM_UNSUPPORTED) continue;
+        if (!param_is_stored(p)) continue;
         if (p->type == PARAM_LIST) {
             *(ParamList *)param_address(p, data) = (ParamList){0};
             continue;
         }
         double *value = param_address(p, data);
-        for (unsigned c = 0; c < param_components(p); c++)
-            value[c] = p->type == PARAM_MATRIX ? (c % 5 == 0 ? 1.0 : 0.0) : p->def[c];
+        for (unsigned c = 0; c < param_components(p); c++) {
+            if (p->flags & PARAM_REQUIRED)
+                value[c] = NAN;
+            else
+                value[c] = p->type == PARAM_MATRIX ? (c % 5 == 0 ? 1.0 : 0.0) : p->def[c];
+        }
     }
+}
+
+cau_result param_check_required(const ParamTable *table, const void *data, const char *owner, CauError *err) {
+    for (size_t i = 0; i < table->count; i++) {
+        const Param *p = &table->params[i];
+        if (!param_is_stored(p) || !(p->flags & PARAM_REQUIRED)) continue;
+        const void *value = (const char *)data + p->offset;
+        bool missing = p->type == PARAM_LIST ? ((const ParamList *)value)->values == NULL
+                                             : isnan(*(const double *)value);
+        if (missing)
+            return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" is missing (%s)", owner, p->name, p->help);
+    }
+    return CAU_OK;
 }
 
 cau_result param_unknown(const char *owner, const char *what, const char *name, const char *const *known,
@@ -60,33 +89,69 @@ static cau_result find(
         return param_unknown(owner, "key", name, known, n, err);
     }
     if ((*out)->flags & PARAM_UNSUPPORTED)
-        return error_set(err, CAU_ERROR_UNSUPPORTED, "%s: not yet supported: \"%s\" (%s); remove it", owner, name,
-            (*out)->help);
+        return error_set(
+            err, CAU_ERROR_UNSUPPORTED, "%s.%s: not yet supported: %s; remove it", owner, name, (*out)->help);
     return CAU_OK;
 }
 
+static const char *expected(const Param *p) {
+    switch (p->type) {
+    case PARAM_BOOL:
+        return "true or false";
+    case PARAM_CHOICE:
+    case PARAM_TEXT:
+        return "a word";
+    case PARAM_FLAGS:
+        return "a list of words";
+    case PARAM_PART:
+        return "a part with keys of its own";
+    default:
+        return "a number or numbers";
+    }
+}
+
+static cau_result wrong_type(const Param *p, const char *owner, const char *given, CauError *err) {
+    return error_set(err, CAU_ERROR_INPUT, "%s.%s must be %s, not %s", owner, p->name, expected(p), given);
+}
+
 static cau_result check_value(const Param *p, const char *owner, double x, CauError *err) {
-    if (!isfinite(x))
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" is not a finite number", owner, p->name);
+    if (!isfinite(x)) return error_set(err, CAU_ERROR_INPUT, "%s.%s is not a finite number", owner, p->name);
     bool low = (p->flags & PARAM_MIN_EXCLUDED) ? !(x > p->min) : !(x >= p->min);
     bool high = (p->flags & PARAM_MAX_EXCLUDED) ? !(x < p->max) : !(x <= p->max);
     const char *space = p->unit[0] ? " " : "";
     if (low)
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" is %g%s%s; it must be %s %g", owner, p->name, x, space,
+        return error_set(err, CAU_ERROR_INPUT, "%s.%s is %g%s%s; it must be %s %g", owner, p->name, x, space,
             p->unit, (p->flags & PARAM_MIN_EXCLUDED) ? "greater than" : "at least", p->min);
     if (high)
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" is %g%s%s; it must be %s %g", owner, p->name, x, space,
+        return error_set(err, CAU_ERROR_INPUT, "%s.%s is %g%s%s; it must be %s %g", owner, p->name, x, space,
             p->unit, (p->flags & PARAM_MAX_EXCLUDED) ? "less than" : "at most", p->max);
     if ((p->flags & PARAM_POSITIVE_INT) && x != floor(x))
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" is %g; it must be a whole number", owner, p->name, x);
+        return error_set(err, CAU_ERROR_INPUT, "%s.%s is %g; it must be a whole number", owner, p->name, x);
+    return CAU_OK;
+}
+
+/* Singular relative to the lengths of the columns, so that a scene in micrometres is as good as one in
+ * metres. */
+static cau_result check_matrix(const Param *p, const char *owner, const double m[16], CauError *err) {
+    if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
+        return error_set(err, CAU_ERROR_INPUT, "%s.%s has the last row %g %g %g %g; it must be 0 0 0 1",
+            owner, p->name, m[12], m[13], m[14], m[15]);
+    double det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+                 m[2] * (m[4] * m[9] - m[5] * m[8]);
+    double lengths = 1;
+    for (int c = 0; c < 3; c++) lengths *= sqrt(m[c] * m[c] + m[4 + c] * m[4 + c] + m[8 + c] * m[8 + c]);
+    if (!(fabs(det) > 1e-14 * lengths))
+        return error_set(err, CAU_ERROR_INPUT,
+            "%s.%s is singular (determinant %g); its first three columns must be independent", owner, p->name,
+            det);
     return CAU_OK;
 }
 
 static cau_result set_list(
     const Param *p, void *data, const char *owner, const double *values, size_t count, CauError *err) {
     if (count % p->tuple != 0)
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" has %zu numbers; entries have %u each", owner, p->name,
-            count, p->tuple);
+        return error_set(err, CAU_ERROR_INPUT, "%s.%s has %zu numbers; it must have %u per entry", owner,
+            p->name, count, p->tuple);
     double *copy = array_new(count, sizeof *copy);
     if (!copy) return error_set(err, CAU_ERROR_RESOURCE, "%s: out of memory for \"%s\"", owner, p->name);
     if (count) memcpy(copy, values, count * sizeof *copy);
@@ -100,8 +165,8 @@ cau_result param_set(const ParamTable *table, void *data, const char *owner, con
     const double *values, size_t count, CauError *err) {
     const Param *p;
     CAU_TRY(find(table, owner, name, &p, err));
-    if (p->type == PARAM_CHOICE || p->type == PARAM_FLAGS)
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" must be a word, not a number", owner, name);
+    if (p->type == PARAM_CHOICE || p->type == PARAM_FLAGS || !param_is_stored(p))
+        return wrong_type(p, owner, "a number", err);
     for (size_t i = 0; i < count; i++) CAU_TRY(check_value(p, owner, values[i], err));
     if (p->type == PARAM_LIST) return set_list(p, data, owner, values, count, err);
     if (count == 1 && (p->flags & PARAM_BROADCAST)) {
@@ -109,8 +174,9 @@ cau_result param_set(const ParamTable *table, void *data, const char *owner, con
         return CAU_OK;
     }
     if (count != param_components(p))
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" has %zu numbers; it must have %u", owner, name, count,
+        return error_set(err, CAU_ERROR_INPUT, "%s.%s has %zu numbers; it must have %u", owner, name, count,
             param_components(p));
+    if (p->type == PARAM_MATRIX) CAU_TRY(check_matrix(p, owner, values, err));
     memcpy(param_address(p, data), values, count * sizeof *values);
     return CAU_OK;
 }
@@ -122,17 +188,22 @@ static cau_result find_word(const Param *p, const char *owner, const char *word,
             *out = n;
             return CAU_OK;
         }
-    char what[96];
-    snprintf(what, sizeof what, "word for \"%s\"", p->name);
-    return param_unknown(owner, what, word, p->choices, n, err);
+    char where[256];
+    snprintf(where, sizeof where, "%s.%s", owner, p->name);
+    return param_unknown(where, "word", word, p->choices, n, err);
 }
 
-cau_result param_set_choice(
-    const ParamTable *table, void *data, const char *owner, const char *name, const char *word, CauError *err) {
+cau_result param_set_choice(const ParamTable *table, void *data, const char *owner, const char *name,
+    const char *word, CauError *err) {
     const Param *p;
     CAU_TRY(find(table, owner, name, &p, err));
-    if (p->type != PARAM_CHOICE)
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" must be a number, not the word \"%s\"", owner, name, word);
+    if (p->type == PARAM_BOOL && (strcmp(word, "true") == 0 || strcmp(word, "false") == 0)) {
+        *(double *)param_address(p, data) = word[0] == 't';
+        return CAU_OK;
+    }
+    char given[80];
+    snprintf(given, sizeof given, "the word \"%.60s\"", word);
+    if (p->type != PARAM_CHOICE) return wrong_type(p, owner, given, err);
     size_t n;
     CAU_TRY(find_word(p, owner, word, &n, err));
     *(double *)param_address(p, data) = (double)n;
@@ -143,8 +214,7 @@ cau_result param_set_flags(const ParamTable *table, void *data, const char *owne
     const char *const *words, size_t count, CauError *err) {
     const Param *p;
     CAU_TRY(find(table, owner, name, &p, err));
-    if (p->type != PARAM_FLAGS)
-        return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" is not a list of words", owner, name);
+    if (p->type != PARAM_FLAGS) return wrong_type(p, owner, "a list of words", err);
     unsigned mask = 0;
     for (size_t i = 0; i < count; i++) {
         size_t n;
@@ -158,7 +228,7 @@ cau_result param_set_flags(const ParamTable *table, void *data, const char *owne
 void param_free(const ParamTable *table, void *data) {
     for (size_t i = 0; i < table->count; i++) {
         const Param *p = &table->params[i];
-        if (p->type != PARAM_LIST || (p->flags & PARAM_UNSUPPORTED)) continue;
+        if (p->type != PARAM_LIST || !param_is_stored(p)) continue;
         ParamList *list = param_address(p, data);
         free(list->values);
         *list = (ParamList){0};

@@ -30,7 +30,9 @@ typedef struct Rng {
 } Rng;
 
 static inline Rng rng_make(uint64_t key) { return (Rng){key, 0}; }
-static inline double rng_next(Rng *rng) { return rng_unit(rng_mix(rng->key + 0xd1342543de82ef95u * ++rng->counter)); }
+static inline double rng_next(Rng *rng) {
+    return rng_unit(rng_mix(rng->key + 0xd1342543de82ef95u * ++rng->counter));
+}
 
 /** FNV-1a of a name: the identity of a light in the random streams, so that a layer does not depend on which
  *  other lights the scene holds. */

@@ -84,7 +84,8 @@ cau_result tasks_create(TaskPool **out, unsigned threads, CauError *err) {
         threads = online > 0 ? (unsigned)online : 1;
     }
     if (threads > THREADS_MAX)
-        return error_set(err, CAU_ERROR_INPUT, "%u threads asked for, at most %d are possible", threads, THREADS_MAX);
+        return error_set(
+            err, CAU_ERROR_INPUT, "%u threads asked for, at most %d are possible", threads, THREADS_MAX);
     TaskPool *pool = array_new(1, sizeof *pool);
     Worker *workers = array_new(threads, sizeof *workers);
     if (!pool || !workers) {
@@ -104,7 +105,8 @@ cau_result tasks_create(TaskPool **out, unsigned threads, CauError *err) {
     }
     if (pool->started + 1 < threads) {
         tasks_destroy(&pool);
-        return error_set(err, CAU_ERROR_RESOURCE, "the system refused to start %u threads; use fewer", threads);
+        return error_set(
+            err, CAU_ERROR_RESOURCE, "the system refused to start %u threads; use fewer", threads);
     }
     *out = pool;
     return CAU_OK;

@@ -2,8 +2,8 @@
 /** @file
  *  A pool of pthreads that runs numbered pieces of work.
  *
- *  What a piece computes must depend on its number alone, never on the thread: then the same bytes come out on
- *  any number of threads. The pool belongs to its owner and is joined with it. */
+ *  What a piece computes must depend on its number alone, never on the thread: then the same bytes come out
+ * on any number of threads. The pool belongs to its owner and is joined with it. */
 #ifndef CORE_TASKS_H
 #define CORE_TASKS_H
 

@@ -79,9 +79,7 @@ static inline V3 affine_point(const Affine *a, V3 p) {
     return v3(v.x + a->m[0][3], v.y + a->m[1][3], v.z + a->m[2][3]);
 }
 static inline V3 affine_column(const Affine *a, int c) { return v3(a->m[0][c], a->m[1][c], a->m[2][c]); }
-static inline Affine affine_identity(void) {
-    return (Affine){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-}
+static inline Affine affine_identity(void) { return (Affine){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}; }
 /** Determinant of the linear part. */
 static inline double affine_determinant(const Affine *a) {
     return v3_dot(affine_column(a, 0), v3_cross(affine_column(a, 1), affine_column(a, 2)));
@@ -89,14 +87,15 @@ static inline double affine_determinant(const Affine *a) {
 /** The cofactor matrix applied to a vector: maps normals (unnormalised), with the sign of the determinant. */
 static inline V3 affine_normal(const Affine *a, V3 n) {
     V3 x = affine_column(a, 0), y = affine_column(a, 1), z = affine_column(a, 2);
-    return v3_add(v3_add(v3_scale(v3_cross(y, z), n.x), v3_scale(v3_cross(z, x), n.y)),
-        v3_scale(v3_cross(x, y), n.z));
+    return v3_add(
+        v3_add(v3_scale(v3_cross(y, z), n.x), v3_scale(v3_cross(z, x), n.y)), v3_scale(v3_cross(x, y), n.z));
 }
 /** Inverse; the linear part must not be singular. */
 static inline Affine affine_inverse(const Affine *a) {
     V3 x = affine_column(a, 0), y = affine_column(a, 1), z = affine_column(a, 2), p = affine_column(a, 3);
     double inv = 1.0 / affine_determinant(a);
-    V3 r0 = v3_scale(v3_cross(y, z), inv), r1 = v3_scale(v3_cross(z, x), inv), r2 = v3_scale(v3_cross(x, y), inv);
+    V3 r0 = v3_scale(v3_cross(y, z), inv), r1 = v3_scale(v3_cross(z, x), inv),
+       r2 = v3_scale(v3_cross(x, y), inv);
     return (Affine){{{r0.x, r0.y, r0.z, -v3_dot(r0, p)}, {r1.x, r1.y, r1.z, -v3_dot(r1, p)},
         {r2.x, r2.y, r2.z, -v3_dot(r2, p)}}};
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
- *  Camera rays and pixel filters, as Cycles has them: a pixel's samples are drawn from its filter and weigh 1. */
+ *  Camera rays and pixel filters, as Cycles has them: a pixel's samples are drawn from its filter and
+ * weigh 1. */
 #ifndef RENDER_TRACE_CAMERA_H
 #define RENDER_TRACE_CAMERA_H
 
@@ -28,9 +29,9 @@ Ray camera_ray(const Camera *camera, double x, double y);
 
 /** Where the camera sees a point. */
 typedef struct CameraView {
-    double x, y;     /**< raster position */
-    V3 to_camera;    /**< unit */
-    double distance; /**< from the point to the camera (orthographic: to its plane) */
+    double x, y;            /**< raster position */
+    V3 to_camera;           /**< unit */
+    double distance;        /**< from the point to the camera (orthographic: to its plane) */
     double raster_per_area; /**< raster area covered per unit area of a surface that faces to_camera */
 } CameraView;
 

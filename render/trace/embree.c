@@ -72,14 +72,17 @@ static void exact_bounds(const struct RTCBoundsFunctionArguments *a) {
     const Object *o = a->geometryUserPtr;
     double pad = 1e-5 * v3_length(v3_sub(o->bounds_max, o->bounds_min)) + 1e-30;
     *a->bounds_o = (struct RTCBounds){.lower_x = (float)(o->bounds_min.x - pad),
-        .lower_y = (float)(o->bounds_min.y - pad), .lower_z = (float)(o->bounds_min.z - pad),
-        .upper_x = (float)(o->bounds_max.x + pad), .upper_y = (float)(o->bounds_max.y + pad),
+        .lower_y = (float)(o->bounds_min.y - pad),
+        .lower_z = (float)(o->bounds_min.z - pad),
+        .upper_x = (float)(o->bounds_max.x + pad),
+        .upper_y = (float)(o->bounds_max.y + pad),
         .upper_z = (float)(o->bounds_max.z + pad)};
 }
 
 /* The true line against the surface in its local space; t stays the same under the affine map. */
 static bool exact_hit(const Object *o, const Ray *ray, double t_max, ShapeHit *hit) {
-    V3 origin = affine_point(&o->scene_to_local, ray->origin), dir = affine_vector(&o->scene_to_local, ray->dir);
+    V3 origin = affine_point(&o->scene_to_local, ray->origin),
+       dir = affine_vector(&o->scene_to_local, ray->dir);
     return o->shape->intersect(o->shape_data, origin, dir, ray->t_min, t_max, hit);
 }
 
@@ -137,8 +140,8 @@ static RTCGeometry mesh_geometry(RTCDevice device, const Mesh *mesh) {
 static cau_result device_check(const TraceScene *s, const char *what, CauError *err) {
     enum RTCError code = rtcGetDeviceError(s->device);
     if (code == RTC_ERROR_NONE) return CAU_OK;
-    return error_set(err, CAU_ERROR_RESOURCE, "Embree failed (error %d) while %s; is there enough memory?", (int)code,
-        what);
+    return error_set(err, CAU_ERROR_RESOURCE, "Embree failed (error %d) while %s; is there enough memory?",
+        (int)code, what);
 }
 
 cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
@@ -187,10 +190,15 @@ Ray ray_from_point(V3 origin, V3 dir, double t_min, double t_max, unsigned visib
 }
 
 Ray ray_from_hit(const Hit *hit, V3 dir, double t_max, unsigned visibility) {
-    double d = fabs(hit->ng.x) * hit->error.x + fabs(hit->ng.y) * hit->error.y + fabs(hit->ng.z) * hit->error.z;
+    double d =
+        fabs(hit->ng.x) * hit->error.x + fabs(hit->ng.y) * hit->error.y + fabs(hit->ng.z) * hit->error.z;
     if (v3_dot(dir, hit->ng) < 0) d = -d;
-    return (Ray){.origin = hit->position, .dir = dir, .offset = v3_scale(hit->ng, d), .t_min = fabs(d) * 0.5,
-        .t_max = t_max, .visibility = visibility};
+    return (Ray){.origin = hit->position,
+        .dir = dir,
+        .offset = v3_scale(hit->ng, d),
+        .t_min = fabs(d) * 0.5,
+        .t_max = t_max,
+        .visibility = visibility};
 }
 
 /* The next float away from zero offset: the rounding must not undo the offset. */
@@ -207,9 +215,13 @@ static struct RTCRay rtc_ray(const Ray *ray) {
     bool leaves_surface = ray->offset.x != 0 || ray->offset.y != 0 || ray->offset.z != 0;
     return (struct RTCRay){.org_x = start_coordinate(ray->origin.x, ray->offset.x),
         .org_y = start_coordinate(ray->origin.y, ray->offset.y),
-        .org_z = start_coordinate(ray->origin.z, ray->offset.z), .dir_x = (float)ray->dir.x,
-        .dir_y = (float)ray->dir.y, .dir_z = (float)ray->dir.z, .tnear = leaves_surface ? 0 : (float)ray->t_min,
-        .tfar = limit(ray->t_max), .mask = 0xffffffffu};
+        .org_z = start_coordinate(ray->origin.z, ray->offset.z),
+        .dir_x = (float)ray->dir.x,
+        .dir_y = (float)ray->dir.y,
+        .dir_z = (float)ray->dir.z,
+        .tnear = leaves_surface ? 0 : (float)ray->t_min,
+        .tfar = limit(ray->t_max),
+        .mask = 0xffffffffu};
 }
 
 static V3 vertex(const Mesh *m, uint32_t i) {
@@ -226,7 +238,8 @@ static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t
     if (facing != 0) {
         double exact = v3_dot(n, v3_sub(a, ray->origin)) / facing;
         /* A sliver seen edge-on may send the double solution away: then Embree's own is the safer one. */
-        if (isfinite(exact) && fabs(exact - t_found) < 1e-3 * (t_found + v3_length(ab) + v3_length(ac))) t = exact;
+        if (isfinite(exact) && fabs(exact - t_found) < 1e-3 * (t_found + v3_length(ab) + v3_length(ac)))
+            t = exact;
     }
     V3 p = v3_mad(ray->origin, t, ray->dir), ap = v3_sub(p, a);
     double nn = v3_dot(n, n), v = v3_dot(v3_cross(ap, ac), n) / nn, w = v3_dot(v3_cross(ab, ap), n) / nn;
@@ -236,9 +249,9 @@ static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t
     hit->t = t;
     hit->position = p;
     hit->ng = v3_scale(n, 1 / sqrt(nn));
-    hit->error = v3_scale(v3(fabs(u * a.x) + fabs(v * b.x) + fabs(w * c.x),
-                              fabs(u * a.y) + fabs(v * b.y) + fabs(w * c.y),
-                              fabs(u * a.z) + fabs(v * b.z) + fabs(w * c.z)),
+    hit->error = v3_scale(
+        v3(fabs(u * a.x) + fabs(v * b.x) + fabs(w * c.x), fabs(u * a.y) + fabs(v * b.y) + fabs(w * c.y),
+            fabs(u * a.z) + fabs(v * b.z) + fabs(w * c.z)),
         ERROR_GAMMA);
     hit->ns = hit->ng;
     if (m->normals) {

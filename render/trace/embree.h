@@ -4,8 +4,8 @@
  *
  *  Embree finds the primitive in single precision (robust mode); the hit is then computed again in double
  *  precision from the ray's true line, so that a path's positions carry no single-precision error. A ray that
- *  leaves a surface starts outside an error box around the point (Pharr, Jakob, Humphreys, PBR 3rd ed. 3.9.5),
- *  on the side of the new direction. */
+ *  leaves a surface starts outside an error box around the point (Pharr, Jakob, Humphreys, PBR 3rd
+ * ed. 3.9.5), on the side of the new direction. */
 #ifndef RENDER_TRACE_EMBREE_H
 #define RENDER_TRACE_EMBREE_H
 

@@ -2,9 +2,9 @@
 /** @file
  *  What every estimator must agree on: which paths are ours, Cycles' bounce limits, Cycles' conventions.
  *
- *  Cycles with caustics off drops every glossy or specular scattering that the camera path meets after a diffuse
- *  one. Seen from the light: a path is ours when S or G comes before some D (L .. (S|G) .. D .. E). With one D
- *  it is a direct caustic, with more an indirect one. */
+ *  Cycles with caustics off drops every glossy or specular scattering that the camera path meets after a
+ * diffuse one. Seen from the light: a path is ours when S or G comes before some D (L .. (S|G) .. D .. E).
+ * With one D it is a direct caustic, with more an indirect one. */
 #ifndef RENDER_TRACE_PATH_H
 #define RENDER_TRACE_PATH_H
 
@@ -62,7 +62,8 @@ static inline PathOwner chain_owner(const Chain *c) {
 
 /** Cycles' limits apply to the scatterings of a path without the one next to the light (Cycles 3.4,
  *  kernel/integrator/path_state.h: a path is stopped at the first surface after a count passes its limit). */
-static inline bool bounces_allow(const BounceParams *b, unsigned diffuse, unsigned glossy, unsigned transmission) {
+static inline bool bounces_allow(
+    const BounceParams *b, unsigned diffuse, unsigned glossy, unsigned transmission) {
     return (b->diffuse < 0 || diffuse <= b->diffuse) && (b->glossy < 0 || glossy <= b->glossy) &&
            (b->transmission < 0 || transmission <= b->transmission) &&
            (b->total < 0 || diffuse + glossy + transmission <= b->total);

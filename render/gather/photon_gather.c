@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/gather/photon_gather.h"
+
+#include "core/checked.h"
+
+/* ---- supports ---- */
+
+static void support_row(void *data, size_t index, unsigned thread) {
+    (void)thread;
+    const GatherRun *run = ((void **)data)[0];
+    SupportRows *out = ((void **)data)[1];
+    size_t y = (size_t)run->y0 + index;
+    const struct EyeRow *points = &run->points->rows[y];
+    struct SupportRow *row = &out->rows[y];
+    row->count = 0;
+    if (run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed)) return;
+    if (!array_reserve((void **)&row->items, &row->capacity, points->count, sizeof *row->items)) {
+        row->out_of_memory = true;
+        return;
+    }
+    row->count = points->count;
+    for (size_t i = 0; i < points->count; i++) {
+        const EyePoint *p = &points->items[i];
+        support_find(run->trace, p, (double)p->size * run->radius_pixels, &row->items[i]);
+    }
+}
+
+cau_result gather_supports(const GatherRun *run, TaskPool *pool, SupportRows *out, CauError *err) {
+    int height = run->points->height;
+    if (!out->rows) {
+        out->rows = array_new((size_t)height, sizeof *out->rows);
+        if (!out->rows)
+            return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %d rows of supports", height);
+        out->height = height;
+    }
+    void *data[2] = {(void *)run, out};
+    tasks_run(pool, (size_t)(run->y1 - run->y0), support_row, data);
+    if (run->cancel && atomic_load(run->cancel)) return CAU_ERROR_CANCELLED;
+    for (int y = run->y0; y < run->y1; y++)
+        if (out->rows[y].out_of_memory)
+            return error_set(err, CAU_ERROR_RESOURCE, "out of memory for supports");
+    return CAU_OK;
+}
+
+void support_rows_free(SupportRows *rows) {
+    for (int y = 0; y < rows->height; y++) free(rows->rows[y].items);
+    free(rows->rows);
+    *rows = (SupportRows){0};
+}
+
+/* ---- gathering ---- */
+
+typedef struct Sum {
+    const GatherRun *run;
+    const EyePoint *point;
+    const Support *support;
+    double inverse_r2;
+    V3 normal;
+    Rgb flux;
+} Sum;
+
+static bool bounces_pass(const BounceParams *b, const EyePoint *p, const Deposit *d) {
+    if (b->total < 0 && b->diffuse < 0 && b->glossy < 0 && b->transmission < 0) return true;
+    return bounces_allow(
+        b, d->diffuse + 1u, (unsigned)d->glossy + p->glossy, (unsigned)d->transmission + p->transmission);
+}
+
+static void add_deposit(void *data, const Deposit *d, double distance2) {
+    Sum *s = data;
+    V3 place = v3((double)d->position[0], (double)d->position[1], (double)d->position[2]);
+    double height = v3_dot(v3_sub(place, s->point->position), s->normal), r = s->support->radius;
+    /* The same surface only: by side and normal, by height, and by what stands in between. */
+    if (fabs(height) > SUPPORT_HEIGHT * r) return;
+    if (v3_dot(normal_decode(d->normal), s->normal) < SUPPORT_COSINE) return;
+    if (!bounces_pass(&s->run->scene->bounces, s->point, d)) return;
+    if (s->support->mixed && !support_sees(s->run->trace, s->point, s->support, place)) return;
+    double kernel = 1 - fmax(0, distance2 - height * height) * s->inverse_r2;
+    if (kernel <= 0) return;
+    s->flux =
+        rgb_add(s->flux, rgb_scale(rgb((double)d->flux[0], (double)d->flux[1], (double)d->flux[2]), kernel));
+}
+
+static void add_rgb(double *image, uint32_t pixel, Rgb value) {
+    if (!image) return;
+    image[3 * (size_t)pixel] += value.r;
+    image[3 * (size_t)pixel + 1] += value.g;
+    image[3 * (size_t)pixel + 2] += value.b;
+}
+
+typedef struct GatherJob {
+    const GatherRun *run;
+    const SupportRows *supports;
+    const PhotonTree *tree;
+    const PassImages *out;
+} GatherJob;
+
+static void clear_row(const PassImages *out, size_t y, size_t width) {
+    memset(out->radiance + 3 * y * width, 0, 3 * width * sizeof(double));
+    if (out->seen) memset(out->seen + 3 * y * width, 0, 3 * width * sizeof(double));
+    if (out->irradiance) memset(out->irradiance + 3 * y * width, 0, 3 * width * sizeof(double));
+    if (out->coverage) memset(out->coverage + y * width, 0, width * sizeof(double));
+}
+
+static void gather_point(const GatherJob *job, const EyePoint *p, const Support *support) {
+    double r = support->radius;
+    Sum sum = {.run = job->run,
+        .point = p,
+        .support = support,
+        .inverse_r2 = 1 / (r * r),
+        .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2])};
+    photon_tree_query(job->tree, p->position, r, add_deposit, &sum);
+    Rgb irradiance = rgb_scale(sum.flux, 1 / support->integral);
+    Rgb radiance = rgb_mul(irradiance, rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]));
+    add_rgb(job->out->radiance, p->pixel, radiance);
+    if (!p->straight) add_rgb(job->out->seen, p->pixel, radiance);
+    if (!p->straight) return;
+    add_rgb(job->out->irradiance, p->pixel, rgb_scale(irradiance, job->run->scene->camera.exposure));
+    if (job->out->coverage) job->out->coverage[p->pixel] += 1;
+}
+
+static void gather_row(void *data, size_t index, unsigned thread) {
+    (void)thread;
+    const GatherJob *job = data;
+    size_t y = (size_t)job->run->y0 + index;
+    clear_row(job->out, y, (size_t)job->run->scene->camera.width);
+    if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
+    const struct EyeRow *row = &job->run->points->rows[y];
+    for (size_t i = 0; i < row->count; i++)
+        gather_point(job, &row->items[i], &job->supports->rows[y].items[i]);
+}
+
+cau_result gather_photons(const GatherRun *run, const SupportRows *supports, const PhotonTree *tree,
+    TaskPool *pool, const PassImages *out, CauError *err) {
+    (void)err;
+    GatherJob job = {run, supports, tree, out};
+    tasks_run(pool, (size_t)(run->y1 - run->y0), gather_row, &job);
+    return run->cancel && atomic_load(run->cancel) ? CAU_ERROR_CANCELLED : CAU_OK;
+}

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/gather/support.h"
+
+enum { NEAR_MAX = 96, PROBES = 24 };
+
+/* Lift of visibility tests over the surface, in radii. */
+#define LIFT 0.02
+
+/* ---- the kernel over a polygon: one signed wedge per edge, as seen from the centre ---- */
+
+/* Wedge of angle phi bounded by the circle: integral of (1 - rho^2/r^2) rho drho dphi = phi r^2 / 4. */
+static double wedge_circle(double angle, double r) { return angle * r * r / 4; }
+
+/* Wedge bounded by a line at distance h, between the angles p and q from the line's foot:
+ * integral of h^2 / (2 cos^2) - h^4 / (4 r^2 cos^4). */
+static double wedge_line(double h, double p, double q, double r) {
+    double tp = tan(p), tq = tan(q);
+    double second = tq - tp, fourth = second + (tq * tq * tq - tp * tp * tp) / 3;
+    return h * h / 2 * second - square(h * h) / (4 * r * r) * fourth;
+}
+
+static double edge_integral(const double a[2], const double b[2], double r) {
+    double dx = b[0] - a[0], dy = b[1] - a[1], length = hypot(dx, dy);
+    double cross = a[0] * b[1] - a[1] * b[0];
+    if (length == 0 || cross == 0) return 0;
+    double h = fabs(cross) / length;
+    /* Angles of the end points from the foot of the perpendicular, along the edge. */
+    double pa = atan2((a[0] * dx + a[1] * dy) / length, h), pb = atan2((b[0] * dx + b[1] * dy) / length, h);
+    double integral;
+    if (h >= r) {
+        integral = wedge_circle(pb - pa, r);
+    } else {
+        double in = acos(h / r); /* the line is inside the circle between -in and in */
+        double p = clamp(pa, -in, in), q = clamp(pb, -in, in);
+        integral = wedge_line(h, p, q, r) + wedge_circle((pb - pa) - (q - p), r);
+    }
+    return cross > 0 ? integral : -integral;
+}
+
+double disk_triangle_integral(const double a[2], const double b[2], const double c[2], double radius) {
+    return edge_integral(a, b, radius) + edge_integral(b, c, radius) + edge_integral(c, a, radius);
+}
+
+/* ---- triangles near the point ---- */
+
+typedef struct Plane {
+    V3 origin, s, t, n;
+} Plane;
+
+static V3 on_plane(const Plane *plane, V3 p) {
+    return v3_to_frame(v3_sub(p, plane->origin), plane->s, plane->t, plane->n);
+}
+
+static bool inside(const V3 *q, double x, double y) {
+    double d[3];
+    for (int k = 0; k < 3; k++) {
+        const V3 *a = &q[k], *b = &q[(k + 1) % 3];
+        d[k] = (b->x - a->x) * (y - a->y) - (b->y - a->y) * (x - a->x);
+    }
+    return (d[0] >= 0 && d[1] >= 0 && d[2] >= 0) || (d[0] <= 0 && d[1] <= 0 && d[2] <= 0);
+}
+
+/* Cheap test: does the box of the local triangle come near the ball? */
+static bool overlaps(const V3 *q, double r) {
+    double lo[3] = {q[0].x, q[0].y, q[0].z}, hi[3] = {q[0].x, q[0].y, q[0].z};
+    for (int k = 1; k < 3; k++) {
+        double p[3] = {q[k].x, q[k].y, q[k].z};
+        for (int i = 0; i < 3; i++) {
+            lo[i] = fmin(lo[i], p[i]);
+            hi[i] = fmax(hi[i], p[i]);
+        }
+    }
+    double d2 = 0;
+    for (int i = 0; i < 3; i++) d2 += square(fmax(fmax(lo[i], -hi[i]), 0));
+    return d2 <= r * r;
+}
+
+/* Height of the triangle over the plane at the place nearest the centre, and its highest corner. */
+typedef struct Patch {
+    V3 corner[3]; /* plane coordinates */
+    double cosine;
+} Patch;
+
+/* Same sheet of surface: faces the same way and passes the point within tolerance. */
+static bool same_sheet(const Patch *p, V3 normal, double r) {
+    if (p->cosine < SUPPORT_COSINE) return false;
+    /* Height of the triangle's plane where it is nearest to the axis, but not beyond the disk. */
+    double height = v3_dot(normal, p->corner[0]) / normal.z;
+    double slope = sqrt(fmax(0, 1 - square(normal.z))) / normal.z;
+    return fabs(height) <= SUPPORT_HEIGHT * r + slope * r;
+}
+
+typedef struct Near {
+    Patch sheet[NEAR_MAX];
+    size_t sheets;
+    bool blockers, full;
+} Near;
+
+static void sort_out(const NearTriangle *found, size_t count, const Plane *plane, const EyePoint *point,
+    double facing, double r, Near *near) {
+    for (size_t i = 0; i < count; i++) {
+        const NearTriangle *f = &found[i];
+        if (f->exact) { /* an exact surface has no triangles: its own disk counts as full */
+            if (f->object == point->object)
+                near->full = true;
+            else
+                near->blockers = true;
+            continue;
+        }
+        Patch p = {{on_plane(plane, f->a), on_plane(plane, f->b), on_plane(plane, f->c)}, 0};
+        if (!overlaps(p.corner, r)) continue;
+        V3 n = v3_cross(v3_sub(p.corner[1], p.corner[0]), v3_sub(p.corner[2], p.corner[0]));
+        double length = v3_length(n);
+        if (!(length > 0)) continue;
+        n = v3_scale(n, facing / length);
+        p.cosine = n.z;
+        bool own = f->object == point->object && f->primitive == point->primitive;
+        if (own || same_sheet(&p, n, r)) {
+            near->sheet[near->sheets++] = p;
+            continue;
+        }
+        double top = fmax(p.corner[0].z, fmax(p.corner[1].z, p.corner[2].z));
+        if (top > 1e-3 * r) near->blockers = true;
+    }
+}
+
+static double sheet_integral(const Near *near, double r) {
+    double sum = 0;
+    for (size_t i = 0; i < near->sheets; i++) {
+        const Patch *p = &near->sheet[i];
+        double q[3][2];
+        for (int k = 0; k < 3; k++) {
+            q[k][0] = p->corner[k].x;
+            q[k][1] = p->corner[k].y;
+        }
+        sum += fabs(disk_triangle_integral(q[0], q[1], q[2], r)) / fmax(p->cosine, SUPPORT_COSINE);
+    }
+    return sum;
+}
+
+static bool on_sheet(const Near *near, double x, double y) {
+    if (near->full) return true;
+    for (size_t i = 0; i < near->sheets; i++)
+        if (inside(near->sheet[i].corner, x, y)) return true;
+    return false;
+}
+
+bool support_sees(const TraceScene *trace, const EyePoint *point, const Support *support, V3 place) {
+    V3 n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2]);
+    V3 from = v3_mad(point->position, LIFT * support->radius, n),
+       to = v3_mad(place, LIFT * support->radius, n);
+    V3 d = v3_sub(to, from);
+    double length = v3_length(d);
+    if (!(length > 0)) return true;
+    Ray ray = ray_from_point(from, v3_scale(d, 1 / length), 0, length, 0);
+    return !trace_anything_between(trace, &ray);
+}
+
+/* Probes spread like the kernel: a spiral of golden-angle steps, turned at random for each point. The
+ * kernel's cumulative is c(s) = 2 s - s^2 with s = (d/r)^2, so s = 1 - sqrt(1 - u). */
+static double probe_integral(const TraceScene *trace, const EyePoint *point, const Support *support,
+    const Plane *plane, const Near *near) {
+    int seen = 0;
+    double r = support->radius;
+    for (int i = 0; i < PROBES; i++) {
+        double d = r * sqrt(1 - sqrt(1 - (i + 0.5) / PROBES));
+        double angle = 2 * CAU_PI * ((double)point->turn + i * 0.6180339887498949);
+        double x = d * cos(angle), y = d * sin(angle);
+        if (!on_sheet(near, x, y)) continue;
+        V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
+        seen += support_sees(trace, point, support, place);
+    }
+    return CAU_PI * r * r / 2 * fmax(seen, 1) / PROBES;
+}
+
+void support_find(const TraceScene *trace, const EyePoint *point, double radius, Support *out) {
+    double open = CAU_PI * radius * radius / 2;
+    *out = (Support){.radius = radius, .integral = open};
+    NearTriangle found[NEAR_MAX];
+    size_t count = trace_collect(trace, point->position, radius, found, NEAR_MAX);
+    if (count > NEAR_MAX)
+        return; /* finer than the disk in every direction: its edges are lost in the kernel */
+    Plane plane = {
+        .origin = point->position, .n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2])};
+    v3_frame(plane.n, &plane.s, &plane.t);
+    /* Which way the winding of the point's own triangle faces, so that the far side of a thin wall is another
+     * sheet even where it lies within the tolerance. */
+    double facing = 1;
+    for (size_t i = 0; i < count; i++)
+        if (!found[i].exact && found[i].object == point->object && found[i].primitive == point->primitive) {
+            V3 n = v3_cross(v3_sub(found[i].b, found[i].a), v3_sub(found[i].c, found[i].a));
+            facing = v3_dot(n, plane.n) >= 0 ? 1 : -1;
+        }
+    Near near = {.sheets = 0};
+    sort_out(found, count, &plane, point, facing, radius, &near);
+    out->mixed = near.blockers;
+    if (near.blockers)
+        out->integral = probe_integral(trace, point, out, &plane, &near);
+    else if (!near.full)
+        out->integral = fmax(sheet_integral(&near, radius), 0.02 * open);
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  The surface under a kernel: how much of the disk really is receiver, and what stands in it.
+ *
+ *  A density estimate divides by the area it looked at. At an edge part of the disk is air, at a corner part
+ * of it is behind a wall; both would darken the rim, and the floor behind the wall would leak. So the kernel
+ * is normalised by its integral over the triangles that are there (exact, closed form), and where something
+ * rises out of the disk, by probes that test what is hidden from the point; photons are tested likewise. */
+#ifndef RENDER_GATHER_SUPPORT_H
+#define RENDER_GATHER_SUPPORT_H
+
+#include "render/trace/eye.h"
+
+typedef struct Support {
+    double radius;
+    double integral; /**< of the kernel 1 - (d/r)^2 over the surface; pi r^2 / 2 on an open plane */
+    bool mixed;      /**< something stands in the disk: photons must pass support_sees() */
+} Support;
+
+void support_find(const TraceScene *trace, const EyePoint *point, double radius, Support *out);
+
+/** True when nothing stands between the point and another place on its surface. */
+bool support_sees(const TraceScene *trace, const EyePoint *point, const Support *support, V3 place);
+
+/** Largest height over the tangent plane, in radii, at which a deposit still counts as on the same surface.
+ */
+#define SUPPORT_HEIGHT 0.25
+/** Smallest cosine between its normal and the point's. */
+#define SUPPORT_COSINE 0.5
+
+/** Integral of 1 - (d/r)^2 over the part of a triangle inside the disk of radius r around the origin, for a
+ *  triangle given in the plane; signed by orientation. Exposed for its test. */
+double disk_triangle_integral(const double a[2], const double b[2], const double c[2], double radius);
+
+#endif

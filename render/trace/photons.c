@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/trace/photons.h"
+
+#include "core/checked.h"
+#include "core/rng.h"
+
+enum { BATCH_SIZE = 1024, DEPTH_MAX = 1000, ROULETTE_DEPTH = 3 };
+
+/* Below this share of the emitted flux a photon plays roulette. */
+#define ROULETTE_SHARE 0.05
+
+typedef struct PhotonBatch {
+    Deposit *items;
+    size_t count, capacity;
+    FluxAccount account;
+    bool out_of_memory;
+} PhotonBatch;
+
+typedef struct Flight {
+    const PhotonRun *run;
+    PhotonBatch *batch;
+    Rng rng;
+    Ray ray;
+    Rgb flux;              /* uncorrected */
+    double emitted;        /* largest channel when it left the lamp */
+    double correction;     /* adjoint of the shading normals so far */
+    double eta;            /* product of n(after) / n(before) along the path */
+    Chain chain, first;    /* all scatterings; the one next to the light */
+    unsigned left_visible; /* which rays see the surface left last */
+    int depth;
+} Flight;
+
+void flux_account_add(FluxAccount *sum, const FluxAccount *part) {
+    sum->emitted = rgb_add(sum->emitted, part->emitted);
+    sum->landed = rgb_add(sum->landed, part->landed);
+    sum->straight = rgb_add(sum->straight, part->straight);
+    sum->absorbed = rgb_add(sum->absorbed, part->absorbed);
+    sum->escaped = rgb_add(sum->escaped, part->escaped);
+    sum->cut = rgb_add(sum->cut, part->cut);
+    sum->dropped = rgb_add(sum->dropped, part->dropped);
+    sum->photons += part->photons;
+    sum->rays += part->rays;
+    sum->deposits += part->deposits;
+    sum->non_finite += part->non_finite;
+}
+
+static void tally(Rgb *sum, Rgb flux) { *sum = rgb_add(*sum, flux); }
+
+/* Octahedral map: Cigolle et al. 2014, "A survey of efficient representations for independent unit vectors".
+ */
+void normal_encode(V3 n, int16_t out[2]) {
+    double s = 1 / (fabs(n.x) + fabs(n.y) + fabs(n.z)), x = n.x * s, y = n.y * s;
+    if (n.z < 0) {
+        double fx = (1 - fabs(y)) * copysign(1, x), fy = (1 - fabs(x)) * copysign(1, y);
+        x = fx;
+        y = fy;
+    }
+    out[0] = (int16_t)lrint(x * 32767);
+    out[1] = (int16_t)lrint(y * 32767);
+}
+
+V3 normal_decode(const int16_t n[2]) {
+    double x = n[0] / 32767.0, y = n[1] / 32767.0, z = 1 - fabs(x) - fabs(y), fold = fmax(-z, 0);
+    return v3_normalize(v3(x - copysign(fold, x), y - copysign(fold, y), z));
+}
+
+/* ---- deposits ---- */
+
+static uint8_t byte_count(unsigned n) { return (uint8_t)(n < 255 ? n : 255); }
+
+/* What is stored is what a gather must sum to get Cycles' irradiance: the flux, corrected for interpolated
+ * normals on the way and at the receiver, and divided by the square of the relative index where Cycles does
+ * not scale radiance (DESIGN: (n_light / n_eye)^2, with the eye side left unscaled). */
+static void deposit(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi) {
+    double ns = v3_dot(wi, frame->ns), ng = v3_dot(wi, frame->ng);
+    if (ns <= 0 || ng <= 0) return;
+    double factor = f->correction * ns / ng / f->run->photons;
+    if (!f->run->physical) factor /= square(f->eta);
+    Rgb e = rgb_scale(f->flux, factor);
+    PhotonBatch *b = f->batch;
+    if (!rgb_finite(e) || !isfinite((float)rgb_max(e)) || !v3_finite(hit->position)) {
+        b->account.non_finite++;
+        return;
+    }
+    if (!array_reserve((void **)&b->items, &b->capacity, b->count + 1, sizeof *b->items)) {
+        b->out_of_memory = true;
+        return;
+    }
+    Deposit *d = &b->items[b->count++];
+    *d = (Deposit){.position = {(float)hit->position.x, (float)hit->position.y, (float)hit->position.z},
+        .flux = {(float)e.r, (float)e.g, (float)e.b},
+        .diffuse = byte_count(f->chain.diffuse - f->first.diffuse),
+        .glossy = byte_count(f->chain.glossy - f->first.glossy),
+        .transmission = byte_count(f->chain.transmission - f->first.transmission)};
+    normal_encode(frame->ng, d->normal);
+    b->account.deposits++;
+}
+
+/* A receiver: keeps a deposit when the path with it is ours. Returns the owner of the path that ends here. */
+static PathOwner receive(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi) {
+    Chain with = f->chain;
+    chain_add_from_light(&with, LOBE_DIFFUSE, false);
+    PathOwner owner = chain_owner(&with);
+    const Object *o = &f->run->scene->objects[hit->object];
+    if (owner != f->run->owner || !o->receives || !(f->left_visible & VISIBLE_DIFFUSE)) return owner;
+    deposit(f, hit, frame, wi);
+    return owner;
+}
+
+/* ---- going on ---- */
+
+/* Without the scattering next to the light, to which no limit applies. */
+static bool within_limits(const Flight *f) {
+    return bounces_allow(&f->run->scene->bounces, f->chain.diffuse - f->first.diffuse,
+        f->chain.glossy - f->first.glossy, f->chain.transmission - f->first.transmission);
+}
+
+static void advance(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, const ScatterSample *s) {
+    unsigned seen_by = f->ray.visibility; /* straight through: still the same ray */
+    if (s->lobe != LOBE_TRANSPARENT) {
+        seen_by = VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION;
+        f->correction *= shading_adjoint(frame, wi, s->wo);
+        f->eta *= s->eta;
+        bool is_first = f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
+        chain_add_from_light(&f->chain, s->lobe, s->transmit);
+        if (is_first) f->first = f->chain;
+        f->left_visible = f->run->scene->objects[hit->object].visibility;
+    }
+    f->ray = ray_from_hit(hit, s->wo, INFINITY, seen_by);
+}
+
+/* Unbiased: survivors carry what the others lose, and the balance is counted. */
+static bool roulette(Flight *f, double keep) {
+    FluxAccount *a = &f->batch->account;
+    if (keep >= 1) return true;
+    if (rng_next(&f->rng) >= keep) {
+        tally(&a->dropped, f->flux);
+        return false;
+    }
+    Rgb grown = rgb_scale(f->flux, 1 / keep);
+    tally(&a->dropped, rgb_sub(f->flux, grown));
+    f->flux = grown;
+    return true;
+}
+
+static bool scatter(
+    Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, unsigned lobes, ScatterSample *s) {
+    double u[3];
+    for (int i = 0; i < 3; i++) u[i] = rng_next(&f->rng);
+    if (!lobes || !hit->material->kind->sample(hit->material, frame, wi, u, lobes, true, s)) return false;
+    bool seen = s->lobe == LOBE_TRANSPARENT || (f->left_visible & visibility_after(s->lobe, s->transmit));
+    return seen && rgb_finite(s->weight);
+}
+
+/* One surface. False: the photon's flight is over, and its flux is accounted for. */
+static bool surface(Flight *f, const Hit *hit) {
+    FluxAccount *a = &f->batch->account;
+    V3 wi = v3_neg(f->ray.dir);
+    ShadingFrame frame = frame_from_hit(hit, wi);
+    unsigned lobes = hit->material->lobes;
+    PathOwner owner = OWNER_CYCLES;
+    bool receiver = lobes & LOBE_DIFFUSE;
+    if (receiver) owner = receive(f, hit, &frame, wi);
+    if (!f->run->scene->objects[hit->object].casts) lobes &= ~(unsigned)LOBE_CASTING;
+    if (f->run->owner == OWNER_DIRECT) lobes &= ~(unsigned)LOBE_DIFFUSE;
+    ScatterSample s;
+    bool goes_on = scatter(f, hit, &frame, wi, lobes, &s);
+    Rgb on = goes_on ? rgb_mul(f->flux, s.weight) : rgb_grey(0), stays = rgb_sub(f->flux, on);
+    if (f->run->owner == OWNER_INDIRECT) {
+        tally(&a->absorbed, stays);
+        if (owner == OWNER_INDIRECT) tally(&a->landed, f->flux);
+    } else {
+        tally(!receiver ? &a->absorbed : (owner == OWNER_DIRECT ? &a->landed : &a->straight), stays);
+    }
+    if (!goes_on || rgb_black(on)) return false;
+    f->flux = on;
+    advance(f, hit, &frame, wi, &s);
+    if (!within_limits(f)) {
+        tally(&a->cut, f->flux);
+        return false;
+    }
+    double share = rgb_max(f->flux) / f->emitted;
+    return f->depth < ROULETTE_DEPTH || roulette(f, share / ROULETTE_SHARE);
+}
+
+static void fly(Flight *f) {
+    FluxAccount *a = &f->batch->account;
+    for (f->depth = 0; f->depth < DEPTH_MAX; f->depth++) {
+        Hit hit;
+        a->rays++;
+        if (!trace_nearest(f->run->trace, &f->ray, &hit)) {
+            tally(&a->escaped, f->flux);
+            return;
+        }
+        if (!surface(f, &hit)) return;
+    }
+    tally(&a->dropped, f->flux);
+}
+
+static void trace_batch(void *data, size_t index, unsigned thread) {
+    (void)thread;
+    const PhotonRun *run = ((void **)data)[0];
+    PhotonBatch *b = &((DepositList *)((void **)data)[1])->batches[index];
+    b->count = 0;
+    b->account = (FluxAccount){0};
+    if (run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed)) return;
+    uint32_t first = (uint32_t)index * BATCH_SIZE, last = first + BATCH_SIZE;
+    if (last > run->photons) last = run->photons;
+    for (uint32_t i = first; i < last; i++) {
+        Photon p;
+        b->account.photons++;
+        if (!emit_photon(run->light, run->aim, i, run->key, &p) || !rgb_finite(p.flux)) continue;
+        tally(&b->account.emitted, p.flux);
+        Flight f = {.run = run,
+            .batch = b,
+            .rng = rng_make(rng_combine(run->key, i)),
+            .flux = p.flux,
+            .emitted = rgb_max(p.flux),
+            .correction = 1,
+            .eta = 1,
+            .left_visible = 31u,
+            .ray = ray_from_point(p.origin, p.dir, 0, INFINITY, VISIBLE_SHADOW)};
+        fly(&f);
+    }
+}
+
+/* ---- joining ---- */
+
+static FluxAccount per_photon(FluxAccount a, double photons) {
+    double s = 1 / photons;
+    Rgb *parts[] = {&a.emitted, &a.landed, &a.straight, &a.absorbed, &a.escaped, &a.cut, &a.dropped};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) *parts[i] = rgb_scale(*parts[i], s);
+    return a;
+}
+
+static cau_result join(const PhotonRun *run, DepositList *out, FluxAccount *account, CauError *err) {
+    FluxAccount sum = {0};
+    out->count = 0;
+    for (size_t i = 0; i < out->batch_count; i++) {
+        PhotonBatch *b = &out->batches[i];
+        if (b->out_of_memory ||
+            !array_reserve((void **)&out->items, &out->capacity, out->count + b->count, sizeof *out->items))
+            return error_set(err, CAU_ERROR_RESOURCE,
+                "out of memory for %zu photon deposits; use fewer photons per pass", out->count + b->count);
+        memcpy(out->items + out->count, b->items, b->count * sizeof *b->items);
+        out->count += b->count;
+        flux_account_add(&sum, &b->account);
+    }
+    sum = per_photon(sum, run->photons);
+    flux_account_add(account, &sum);
+    return CAU_OK;
+}
+
+cau_result photons_trace(
+    const PhotonRun *run, TaskPool *pool, DepositList *out, FluxAccount *account, CauError *err) {
+    size_t batches = (run->photons + BATCH_SIZE - 1) / BATCH_SIZE;
+    if (batches > out->batch_count) {
+        PhotonBatch *grown = realloc(out->batches, batches * sizeof *grown);
+        if (!grown)
+            return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %zu photon batches", batches);
+        memset(grown + out->batch_count, 0, (batches - out->batch_count) * sizeof *grown);
+        out->batches = grown;
+        out->batch_count = batches;
+    }
+    for (size_t i = batches; i < out->batch_count; i++) {
+        out->batches[i].count = 0;
+        out->batches[i].account = (FluxAccount){0};
+    }
+    void *data[2] = {(void *)run, out};
+    tasks_run(pool, batches, trace_batch, data);
+    if (run->cancel && atomic_load(run->cancel)) return CAU_ERROR_CANCELLED;
+    return join(run, out, account, err);
+}
+
+void deposits_free(DepositList *list) {
+    for (size_t i = 0; i < list->batch_count; i++) free(list->batches[i].items);
+    free(list->batches);
+    free(list->items);
+    *list = (DepositList){0};
+}
