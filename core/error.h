@@ -11,6 +11,10 @@
 
 #include <stdarg.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { CAU_ERROR_TEXT_MAX = 1024 };
 
 typedef struct CauError {
@@ -36,4 +40,7 @@ void error_clear(CauError *err);
         if (cau_try_result_ != CAU_OK) return cau_try_result_;                                               \
     } while (0)
 
+#ifdef __cplusplus
+}
+#endif
 #endif

@@ -119,6 +119,27 @@ cau_result exr_part_add_channel(ExrPart *part, const char *name, ExrPixelType ty
     return CAU_OK;
 }
 
+int exr_band_rows(const ExrPart *part) {
+    if (!part->tiled) return 256; /* chunks are 1, 16, 32 or 256 rows */
+    int64_t rows = part->tile_height, height = exr_box_height(part->data_window);
+    while (rows < 256) rows += part->tile_height;
+    return (int)(rows < height ? rows : height);
+}
+
+size_t exr_band_count(const ExrPart *part) {
+    int64_t step = exr_band_rows(part);
+    return (size_t)((exr_box_height(part->data_window) + step - 1) / step);
+}
+
+void exr_band_at(const ExrPart *part, size_t index, int32_t *y0, int32_t *y1) {
+    size_t count = exr_band_count(part),
+           band = part->order == EXR_ORDER_DECREASING ? count - 1 - index : index;
+    int64_t first = part->data_window.y0 + (int64_t)band * exr_band_rows(part);
+    int64_t last = first + exr_band_rows(part) - 1;
+    *y0 = (int32_t)first;
+    *y1 = last < part->data_window.y1 ? (int32_t)last : part->data_window.y1;
+}
+
 size_t exr_part_pixel_bytes(const ExrPart *part) {
     size_t bytes = 0;
     for (size_t c = 0; c < part->channel_count; c++) bytes += exr_type_bytes(part->channels[c].type);

@@ -13,6 +13,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* The values are those of the file format. */
 typedef enum ExrPixelType { EXR_TYPE_UINT = 0, EXR_TYPE_HALF = 1, EXR_TYPE_FLOAT = 2 } ExrPixelType;
 typedef enum ExrCodec {
@@ -92,6 +96,11 @@ void exr_header_free(ExrHeader *header);
 cau_result exr_part_set_name(ExrPart *part, const char *name, CauError *err);
 /** Keeps the channels sorted by name. A name that is there already is an error. */
 cau_result exr_part_add_channel(ExrPart *part, const char *name, ExrPixelType type, CauError *err);
+/** Rows in a band of a part: a multiple of the height of its chunks, whatever the compression. */
+int exr_band_rows(const ExrPart *part);
+size_t exr_band_count(const ExrPart *part);
+/** Rows of band `index`, in the order in which they are written: upwards with decreasing line order. */
+void exr_band_at(const ExrPart *part, size_t index, int32_t *y0, int32_t *y1);
 /** Bytes of one pixel over all channels. */
 size_t exr_part_pixel_bytes(const ExrPart *part);
 
@@ -111,4 +120,7 @@ char *exr_attr_text(const ExrAttr *attr);
 /** False when the attribute is absent or not an int. */
 bool exr_attr_int32(const ExrAttr *attr, int32_t *out);
 
+#ifdef __cplusplus
+}
+#endif
 #endif

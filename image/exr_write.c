@@ -142,18 +142,18 @@ static cau_result write_part(ExrWriter *writer, const ExrHeader *header, size_t 
     void **planes, CauError *err) {
     const ExrPart *part = &header->parts[index];
     size_t width = (size_t)exr_box_width(part->data_window);
-    int step = exr_band_rows(part);
-    for (int64_t y0 = part->data_window.y0; y0 <= part->data_window.y1; y0 += step) {
-        int64_t y1 = y0 + step - 1 < part->data_window.y1 ? y0 + step - 1 : part->data_window.y1;
+    for (size_t band = 0; band < exr_band_count(part); band++) {
+        int32_t y0, y1;
+        exr_band_at(part, band, &y0, &y1);
         for (size_t c = 0; c < part->channel_count; c++) {
             Source source;
             if (!find_source(p, part->channels[c].name, &source))
                 return error_set(
                     err, CAU_ERROR_INTERNAL, "channel \"%s\" has no source", part->channels[c].name);
-            size_t first = (size_t)(y0 - part->data_window.y0) * width;
-            fill_plane(planes[c], &source, first, (size_t)(y1 - y0 + 1) * width, p->half);
+            size_t first = (size_t)(y0 - part->data_window.y0) * width, count = (size_t)(y1 - y0 + 1) * width;
+            fill_plane(planes[c], &source, first, count, p->half);
         }
-        CAU_TRY(exr_writer_band(writer, index, (int32_t)y0, (int32_t)y1, (const void *const *)planes, err));
+        CAU_TRY(exr_writer_band(writer, index, y0, y1, (const void *const *)planes, err));
     }
     return CAU_OK;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "image/exr_writer.h"
 
+#include "bridge/exr_imf.h"
 #include "core/checked.h"
 #include "image/exr_attr_io.h"
 #include "image/exr_core.h"
@@ -16,18 +17,11 @@ struct ExrWriter {
     exr_encode_pipeline_t pipeline;
     size_t pipeline_part; /**< the part the pipeline was set up for */
     bool pipeline_ready;
+    ImfWriter *imf; /**< writes instead of all the above when the core cannot */
 };
 
 static cau_result failed(ExrWriter *w, exr_result_t code, CauError *err) {
     return exr_core_error(&w->file, code, "write", w->shown, err);
-}
-
-int exr_band_rows(const ExrPart *part) {
-    if (!part->tiled) return 256; /* chunks are 1, 16, 32 or 256 rows */
-    int64_t rows = part->tile_height;
-    while (rows < 256) rows += part->tile_height;
-    int64_t height = exr_box_height(part->data_window);
-    return (int)(rows < height ? rows : height);
 }
 
 static bool needs_long_names(const ExrHeader *header) {
@@ -94,6 +88,22 @@ static cau_result define(ExrWriter *w, CauError *err) {
     return code == EXR_ERR_SUCCESS ? CAU_OK : failed(w, code, err);
 }
 
+/* OpenEXRCore 3.1 has neither B44 nor DWA encoders and writes rows from the top only. */
+static bool core_can_write(const ExrHeader *header) {
+    for (size_t i = 0; i < header->part_count; i++)
+        if (header->parts[i].codec >= EXR_CODEC_B44 || header->parts[i].order == EXR_ORDER_DECREASING)
+            return false;
+    return true;
+}
+
+static cau_result open_file(ExrWriter *w, const char *path, const char *shown, CauError *err) {
+    w->shown = string_copy(shown);
+    if (!w->shown) return error_set(err, CAU_ERROR_RESOURCE, "cannot write \"%s\": out of memory", shown);
+    if (!core_can_write(w->header)) return imf_writer_open(&w->imf, path, shown, w->header, err);
+    CAU_TRY(exr_core_open_write(&w->context, &w->file, path, err));
+    return define(w, err);
+}
+
 cau_result exr_writer_open(
     ExrWriter **out, const char *path, const char *shown, const ExrHeader *header, CauError *err) {
     *out = NULL;
@@ -101,11 +111,7 @@ cau_result exr_writer_open(
     if (!w) return error_set(err, CAU_ERROR_RESOURCE, "cannot write \"%s\": out of memory", shown);
     w->header = header;
     w->file.fd = -1;
-    w->shown = string_copy(shown);
-    cau_result result = w->shown
-                            ? exr_core_open_write(&w->context, &w->file, path, err)
-                            : error_set(err, CAU_ERROR_RESOURCE, "cannot write \"%s\": out of memory", shown);
-    if (result == CAU_OK) result = define(w, err);
+    cau_result result = open_file(w, path, shown, err);
     if (result != CAU_OK)
         exr_writer_abort(&w);
     else
@@ -157,6 +163,7 @@ static cau_result write_chunk(ExrWriter *w, size_t part, int32_t x, int32_t y, i
 cau_result exr_writer_band(
     ExrWriter *w, size_t part, int32_t y0, int32_t y1, const void *const *planes, CauError *err) {
     const ExrPart *p = &w->header->parts[part];
+    if (w->imf) return imf_writer_band(w->imf, part, y0, y1, planes, err);
     int32_t step = (int32_t)p->tile_height, tiles = 1;
     if (p->tiled)
         tiles = (int32_t)((exr_box_width(p->data_window) + p->tile_width - 1) / p->tile_width);
@@ -176,7 +183,8 @@ static void destroy(ExrWriter **writer) {
 cau_result exr_writer_close(ExrWriter **writer, CauError *err) {
     ExrWriter *w = *writer;
     if (w->pipeline_ready) exr_encoding_destroy(w->context, &w->pipeline);
-    cau_result result = exr_core_close(&w->context, &w->file, w->shown, err);
+    cau_result result =
+        w->imf ? imf_writer_close(&w->imf, err) : exr_core_close(&w->context, &w->file, w->shown, err);
     destroy(writer);
     return result;
 }

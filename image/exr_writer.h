@@ -16,10 +16,7 @@ typedef struct ExrWriter ExrWriter;
 cau_result exr_writer_open(
     ExrWriter **out, const char *path, const char *shown, const ExrHeader *header, CauError *err);
 
-/** Rows in a band of a part: a multiple of the height of every kind of chunk. */
-int exr_band_rows(const ExrPart *part);
-
-/** Writes rows y0..y1 (absolute, y0 on a band boundary). planes[c] is channel c's row y0, each row the width
+/** Writes rows y0..y1, as exr_band_at() gives them. planes[c] is channel c's row y0, each row the width
  * of the data window in the stored type, without gaps. */
 cau_result exr_writer_band(
     ExrWriter *writer, size_t part, int32_t y0, int32_t y1, const void *const *planes, CauError *err);
