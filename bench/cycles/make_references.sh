@@ -1,0 +1,22 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# What Cycles makes of the caustics: mean and standard error of (on - off) for a few scenes, in reference/.
+# make_references.sh [NAME...]; renders that are there already are not made again. See README.md.
+set -eu
+cd "$(dirname "$0")"
+[ $# -gt 0 ] || set -- a_ball_sun5 b_ring d_wineglass plastic_room plastic_room_principled pool aquarium
+for n in "$@"; do
+  spp=2048 seeds=8 extra= scene=$n
+  case $n in
+    a_ball_sun5) spp=2048 seeds=16 ;;
+    b_ring) spp=4096 seeds=16 ;;
+    d_wineglass) spp=2048 seeds=16 extra=--groups ;;
+    plastic_room) spp=1024 seeds=16 ;;
+    plastic_room_principled) spp=1024 seeds=16 extra="--plastic principled" scene=plastic_room ;;
+    pool) spp=1024 seeds=16 extra=--groups ;;
+    aquarium) spp=1024 seeds=16 ;;
+  esac
+  # shellcheck disable=SC2086
+  "${PYTHON:-/usr/bin/python3}" reference.py "../../scenes/$scene.json" --mode diff -o "reference/$n" --spp $spp \
+    --seeds "${SEEDS:-$seeds}" --res 96x54 $extra
+done
