@@ -13,7 +13,7 @@ enum { COAT_NODES = 64 };
 typedef struct Coat {
     double alpha; /**< 0: smooth, no table */
     double f0;
-    double albedo[COAT_NODES]; /**< at cos = (i / (COAT_NODES - 1))^2 */
+    double albedo[COAT_NODES]; /**< at cos = (i / (COAT_NODES - 1))^3 */
 } Coat;
 
 void coat_prepare(Coat *coat, double f0, double alpha);
