@@ -122,7 +122,7 @@ static void gather_row(void *data, size_t index, unsigned thread) {
     (void)thread;
     const GatherJob *job = data;
     size_t y = (size_t)job->run->y0 + index;
-    clear_row(job->out, y, (size_t)job->run->scene->camera.width);
+    if (!job->out->add) clear_row(job->out, y, (size_t)job->run->scene->camera.width);
     if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
     const struct EyeRow *row = &job->run->points->rows[y];
     for (size_t i = 0; i < row->count; i++)

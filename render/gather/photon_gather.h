@@ -33,12 +33,13 @@ typedef struct GatherRun {
 cau_result gather_supports(const GatherRun *run, TaskPool *pool, SupportRows *out, CauError *err);
 void support_rows_free(SupportRows *rows);
 
-/** One pass of one layer, per pixel (width * height * 3 doubles each, zeroed by the callee where used). */
+/** One pass of one layer, per pixel (width * height * 3 doubles each). */
 typedef struct PassImages {
     double *radiance;   /**< what is added */
     double *seen;       /**< the part that is seen through glass or in mirrors; NULL: not wanted */
     double *irradiance; /**< at receivers that the camera hits first; NULL: not wanted */
     double *coverage;   /**< 1 channel: share of the pixel that such receivers cover; NULL: not wanted */
+    bool add;           /**< true: added to what is there (lights of one group), else overwritten */
 } PassImages;
 
 /** Sums the deposits in `tree` at every eye point. */

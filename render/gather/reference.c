@@ -3,6 +3,8 @@
 
 #include "core/rng.h"
 
+#include <string.h>
+
 enum { REFERENCE_DEPTH_MAX = 1000, REFERENCE_ROULETTE_DEPTH = 6 };
 
 #define REFERENCE_ROULETTE_THROUGHPUT 0.2
@@ -155,7 +157,9 @@ static void ref_row(void *data, size_t index, unsigned thread) {
     const ReferenceImages *out = ((void **)data)[1];
     size_t y = (size_t)run->y0 + index, width = (size_t)run->scene->camera.width;
     clear_region_row(out->beauty, y, width);
-    for (size_t i = 0; out->direct && i < run->scene->light_count; i++) {
+    for (size_t i = 0; i < run->scene->light_count; i++) {
+        if (out->cycles) clear_region_row(out->cycles[i], y, width);
+        if (!out->direct) continue;
         clear_region_row(out->direct[i], y, width);
         clear_region_row(out->indirect[i], y, width);
     }

@@ -22,6 +22,7 @@
 /** Images of one pass, width * height * 3 doubles each, of all lights together or of each light. */
 typedef struct ReferenceImages {
     double *beauty;    /**< E (S|G)* D* L of all lights; NULL: not wanted */
+    double **cycles;   /**< the same of each light, when `beauty` is NULL; NULL: not wanted */
     double **direct;   /**< [light]; NULL: no caustics are wanted */
     double **indirect; /**< [light] */
 } ReferenceImages;
@@ -49,7 +50,7 @@ cau_result reference_light_paths(
 
 /** The image that owns a path of a light, or NULL. */
 static inline double *reference_image(const ReferenceImages *out, PathOwner owner, size_t light) {
-    if (owner == OWNER_CYCLES) return out->beauty;
+    if (owner == OWNER_CYCLES) return out->beauty ? out->beauty : (out->cycles ? out->cycles[light] : NULL);
     if (!out->direct) return NULL;
     return owner == OWNER_DIRECT ? out->direct[light] : out->indirect[light];
 }

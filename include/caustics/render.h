@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  Rendering a scene's caustics, in memory.
+ *
+ *  cau_render_create() takes a scene, cau_render_start() begins in a thread of its own, cau_render_poll()
+ * reads the progress, cau_render_cancel() asks it to stop, cau_render_wait() joins it; callbacks run on the
+ * thread that waits, never on another. The layers can be read when it has ended, cancelled or not.
+ *
+ *  Same scene, options and seed give the same bytes on any number of threads. */
+#ifndef CAUSTICS_RENDER_H
+#define CAUSTICS_RENDER_H
+
+#include "caustics/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct cau_render cau_render;
+
+enum { CAU_ESTIMATOR_AUTO = 0, CAU_ESTIMATOR_P = 1, CAU_ESTIMATOR_R = 2 };
+/** Which layers are wanted (a bit mask). */
+enum {
+    CAU_LAYER_RADIANCE = 1,   /**< direct caustics, always there */
+    CAU_LAYER_INDIRECT = 2,   /**< indirect caustics: force them */
+    CAU_LAYER_IRRADIANCE = 4, /**< _E at receivers the camera hits first, and _S of what is seen otherwise */
+    CAU_LAYER_ERROR = 8,      /**< standard error per pixel */
+    CAU_LAYER_BEAUTY = 16     /**< estimator R only: what Cycles renders with caustics off */
+};
+enum { CAU_INDIRECT_AUTO = 0, CAU_INDIRECT_ON = 1, CAU_INDIRECT_OFF = 2 };
+
+typedef struct cau_render_options {
+    size_t size;      /**< sizeof(cau_render_options) */
+    uint64_t photons; /**< per light; 0: no limit by photons (samples per pixel with estimator R) */
+    double time_s;    /**< wall seconds; 0: no limit */
+    double error;     /**< RMSE over RMS of the layers' pixels, total over lights; 0: no limit */
+    uint64_t seed;
+    unsigned threads;      /**< 0: one per processor */
+    int width, height;     /**< 0: as in the scene */
+    int region[4];         /**< x0, y0, x1, y1 in pixels, exclusive ends; all 0: the whole picture */
+    int estimator;         /**< CAU_ESTIMATOR_* */
+    unsigned layers;       /**< CAU_LAYER_* */
+    int indirect;          /**< CAU_INDIRECT_* */
+    int physical_radiance; /**< 1: radiance scales with n^2 at interfaces as in nature; 0: as Cycles does */
+    size_t memory_bytes;   /**< budget; 0: 2 GiB */
+} cau_render_options;
+
+/** Defaults: 4 million photons per light, automatic everything. */
+CAU_API cau_render_options cau_render_defaults(void);
+
+typedef struct cau_progress {
+    uint64_t passes, photons_per_light;
+    double error; /**< so far, as in cau_render_options.error; negative: not yet known */
+    double elapsed_s;
+    double remaining_s; /**< forecast; negative: not known */
+    const char *stage;  /**< "probing", "rendering", "done" */
+} cau_progress;
+
+/** Normalises the scene and builds the ray tracing tree. The scene must outlive the render and stay
+ * unchanged. */
+CAU_API cau_result cau_render_create(cau_scene *scene, const cau_render_options *options, cau_render **out);
+CAU_API void cau_render_destroy(cau_render **render);
+
+/** Probes the scene and makes the plan, without rendering. Implied by start. */
+CAU_API cau_result cau_render_plan(cau_render *render);
+/** The plan in words, one sentence a line. Valid as long as the render. */
+CAU_API const char *cau_render_explain(const cau_render *render);
+
+CAU_API cau_result cau_render_start(cau_render *render);
+CAU_API cau_progress cau_render_poll(cau_render *render);
+/** Asks the render to stop soon (within half a second). May be called from a signal handler or any thread. */
+CAU_API void cau_render_cancel(cau_render *render);
+/** Waits for the end, calling `report` on this thread every `interval_s` seconds. Returns CAU_OK or
+ *  CAU_ERROR_CANCELLED (layers hold the finished passes) or an error. */
+CAU_API cau_result cau_render_wait(cau_render *render, double interval_s,
+    void (*report)(void *data, const cau_progress *progress), void *data);
+
+CAU_API void cau_render_size(const cau_render *render, int *width, int *height);
+
+/** One layer of the result. */
+typedef struct cau_layer {
+    const char *light; /**< the light's or group's name as in the scene */
+    int kind;          /**< CAU_LAYER_* bit; the error of an indirect layer is kind ERROR with indirect 1 */
+    int indirect;      /**< 1: belongs to the indirect layer */
+    int seen;          /**< 1: the _S companion of an irradiance layer */
+} cau_layer;
+CAU_API size_t cau_render_layer_count(const cau_render *render);
+CAU_API cau_layer cau_render_layer(const cau_render *render, size_t index);
+/** Copies width * height * 3 floats, row by row from the top. */
+CAU_API cau_result cau_render_pixels(const cau_render *render, size_t index, float *out);
+
+/** Where one light's flux went, in watts (W; world and sun: as far as it was aimed at the targets). */
+typedef struct cau_flux {
+    double emitted, landed, straight, absorbed, escaped, cut, dropped;
+    uint64_t photons, rays, deposits, non_finite;
+} cau_flux;
+
+/** What one layer group's figures are. */
+typedef struct cau_light_report {
+    const char *light;
+    double relative_error_direct,
+        relative_error_indirect;       /**< standard error, RMS over RMS; < 0: not rendered */
+    double mean_direct, mean_indirect; /**< mean of the pixels' channels */
+    cau_flux direct, indirect;
+} cau_light_report;
+CAU_API size_t cau_render_light_count(const cau_render *render);
+CAU_API cau_light_report cau_render_light(const cau_render *render, size_t index);
+/** Root mean square error over root mean square of the sum of all layers; < 0: not known. */
+CAU_API double cau_render_error(const cau_render *render);
+/** Warnings about the scene, one sentence each; NULL past the last. */
+CAU_API const char *cau_render_warning(const cau_render *render, size_t index);
+/** 64-bit hash of the scene's content. */
+CAU_API uint64_t cau_scene_hash(const cau_scene *scene);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

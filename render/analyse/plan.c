@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/analyse/plan.h"
+
+#include "core/checked.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+typedef struct Text {
+    char *bytes;
+    size_t length, capacity;
+    bool failed;
+} Text;
+
+__attribute__((format(printf, 2, 3))) static void say(Text *t, const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    va_list again;
+    va_copy(again, args);
+    int n = vsnprintf(NULL, 0, format, args);
+    va_end(args);
+    if (n < 0 || !array_reserve((void **)&t->bytes, &t->capacity, t->length + (size_t)n + 1, 1)) {
+        t->failed = true;
+        va_end(again);
+        return;
+    }
+    vsnprintf(t->bytes + t->length, (size_t)n + 1, format, again);
+    va_end(again);
+    t->length += (size_t)n;
+}
+
+static bool casts(const Scene *s, const Object *o) {
+    return o->casts && (s->materials[o->material].lobes & LOBE_CASTING) &&
+           (o->exact || o->mesh.triangle_count);
+}
+
+static bool receives(const Scene *s, const Object *o) {
+    return o->receives && (s->materials[o->material].lobes & LOBE_DIFFUSE) &&
+           (o->exact || o->mesh.triangle_count);
+}
+
+bool plan_scene_can_have_caustics(const Scene *scene) {
+    bool caster = false, receiver = false, light = false;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        caster |= casts(scene, &scene->objects[i]);
+        receiver |= receives(scene, &scene->objects[i]);
+    }
+    for (size_t i = 0; i < scene->light_count; i++) light |= scene->lights[i].casts;
+    return caster && receiver && light;
+}
+
+/* The light's own contribution to the view, with its caustics. */
+static double own_mean(const LightProbe *p) { return p->cycles_mean + p->direct_mean + p->indirect_mean; }
+
+/* Upper 95 % bound of a mean estimated from probes; nothing seen in n tries may still be 3 / n (rule of
+ * three) of what all the tries together could have brought. */
+static double upper_bound(double mean, double error, uint64_t deposits, uint64_t probes, double own) {
+    if (deposits == 0) return probes ? own * 3.0 / (double)probes : 0;
+    return mean + 1.645 * error;
+}
+
+static void plan_light(LightPlan *plan, const Light *light, const LightProbe *p, int choice) {
+    double own = own_mean(p);
+    plan->direct = light->casts && p->direct_deposits > 0;
+    plan->indirect = false;
+    plan->left_out_share = 0;
+    if (!light->casts) return;
+    double bound = upper_bound(p->indirect_mean, p->indirect_error, p->indirect_deposits, p->probes, own);
+    double share = own > 0 ? bound / own : 0;
+    bool some = p->indirect_deposits > 0;
+    plan->indirect =
+        some && choice != PLAN_INDIRECT_OFF && (choice == PLAN_INDIRECT_ON || share > PLAN_LEAVE_OUT);
+    if (!plan->indirect) plan->left_out_share += share;
+    if (!plan->direct && own > 0)
+        plan->left_out_share +=
+            upper_bound(p->direct_mean, p->direct_error, p->direct_deposits, p->probes, own) / own;
+}
+
+static const char *caster_words(const Material *m) {
+    bool rough = m->lobes & LOBE_GLOSSY;
+    if (m->lobes & LOBE_DIFFUSE) return rough ? "rough coat" : "smooth coat";
+    if (strcmp(m->kind->name, "glass") == 0)
+        return rough ? "reflects and refracts, rough" : "reflects and refracts";
+    return rough ? "reflects, rough" : "reflects";
+}
+
+static void explain_light(
+    Text *t, const Scene *s, const Light *l, const LightProbe *p, const LightPlan *plan) {
+    double own = own_mean(p), percent = own > 0 ? 100 / own : 0;
+    if (!l->casts) {
+        say(t, "Light \"%s\": told not to cast caustics; its layer is black.\n", l->name);
+        return;
+    }
+    if (!plan->direct)
+        say(t,
+            "Light \"%s\": no caustic reaches the view; direct layer left out, below %.2g %% of the light's "
+            "own"
+            " contribution.\n",
+            l->name, p->probes ? 300.0 / (double)p->probes : 0);
+    else
+        say(t,
+            "Light \"%s\": direct caustics by photons (P), about %.2g %% of the light's own contribution to "
+            "the"
+            " view.\n",
+            l->name, p->direct_mean * percent);
+    if (plan->indirect)
+        say(t, "Light \"%s\": indirect caustics by photons (P), about %.2g %%.\n", l->name,
+            p->indirect_mean * percent);
+    else
+        say(t, "Light \"%s\": indirect caustics left out, at most %.2g %%.\n", l->name,
+            100 * plan->left_out_share);
+    for (size_t i = 0; p->object_hits && i < s->object_count; i++) {
+        const Object *o = &s->objects[i];
+        if (!casts(s, o) || p->object_hits[i] == 0) continue;
+        say(t, "  \"%s\" on \"%s\": %s; %.3g %% of the aimed light meets it first.\n", l->name, o->name,
+            caster_words(&s->materials[o->material]), 100.0 * (double)p->object_hits[i] / (double)p->probes);
+    }
+}
+
+static void explain_scene(Text *t, const Scene *s) {
+    size_t casters = 0, receivers = 0;
+    unsigned lobes = 0;
+    for (size_t i = 0; i < s->object_count; i++) {
+        casters += casts(s, &s->objects[i]);
+        receivers += receives(s, &s->objects[i]);
+        if (casts(s, &s->objects[i])) lobes |= s->materials[s->objects[i].material].lobes;
+    }
+    say(t, "%zu light%s, %zu caster%s, %zu receiver%s.\n", s->light_count, s->light_count == 1 ? "" : "s",
+        casters, casters == 1 ? "" : "s", receivers, receivers == 1 ? "" : "s");
+    if (s->light_count == 0) say(t, "There is no light: the layers are black.\n");
+    if (casters == 0) say(t, "Nothing in this scene reflects or refracts: the layers are black.\n");
+    if (receivers == 0)
+        say(t, "Nothing in this scene receives (no diffuse surface): the layers are black.\n");
+    say(t, "Not needed: %s%sdispersion, absorption, textures, bump, volumes.\n",
+        lobes & LOBE_SPECULAR ? "" : "smooth chains, ", lobes & LOBE_GLOSSY ? "" : "rough lobes, ");
+}
+
+cau_result plan_make(
+    Plan *out, const Scene *scene, const LightProbe *probes, int indirect_choice, CauError *err) {
+    *out = (Plan){.light_count = scene->light_count};
+    out->lights = array_new(scene->light_count, sizeof *out->lights);
+    Text text = {0};
+    if (out->lights) {
+        explain_scene(&text, scene);
+        for (size_t i = 0; i < scene->light_count && probes; i++) {
+            plan_light(&out->lights[i], &scene->lights[i], &probes[i], indirect_choice);
+            explain_light(&text, scene, &scene->lights[i], &probes[i], &out->lights[i]);
+        }
+    }
+    out->text = text.bytes;
+    if (out->lights && !text.failed) return CAU_OK;
+    plan_free(out);
+    return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the plan of %zu lights", scene->light_count);
+}
+
+void plan_free(Plan *plan) {
+    free(plan->lights);
+    free(plan->text);
+    *plan = (Plan){0};
+}

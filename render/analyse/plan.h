@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  The analyse stage: which effects does this scene call for?
+ *
+ *  A pure function from the scene and a few thousand probes (which render.c sends) to a plan: what is
+ * rendered for each light, what is left out, and what leaving it out can change. Decisions are relative to
+ * each light's own contribution to the view, never to its strength: a layer may be gained up later. */
+#ifndef RENDER_ANALYSE_PLAN_H
+#define RENDER_ANALYSE_PLAN_H
+
+#include "render/scene/scene.h"
+
+/** What the probes of one light saw. Means are over all pixels and channels of the probe picture. */
+typedef struct LightProbe {
+    double cycles_mean; /**< the light's picture without caustics: Cycles' own part */
+    double direct_mean, indirect_mean;
+    double direct_error, indirect_error; /**< standard errors of the two */
+    uint64_t probes, caster_hits;        /**< rays towards casters, and those that met one first */
+    uint64_t direct_deposits, indirect_deposits;
+    uint64_t *object_hits; /**< [object] first hits of the rays towards casters */
+} LightProbe;
+
+typedef struct LightPlan {
+    bool direct, indirect;
+    double left_out_share; /**< upper bound (95 %) of what is left out, relative to the light's own
+                              contribution */
+} LightPlan;
+
+typedef struct Plan {
+    LightPlan *lights;
+    size_t light_count;
+    char *text; /**< sentences, one a line */
+} Plan;
+
+enum { PLAN_INDIRECT_AUTO, PLAN_INDIRECT_ON, PLAN_INDIRECT_OFF };
+
+/** The share of a light's own contribution below which an effect is left out. */
+#define PLAN_LEAVE_OUT (1.0 / 500)
+
+cau_result plan_make(
+    Plan *out, const Scene *scene, const LightProbe *probes, int indirect_choice, CauError *err);
+void plan_free(Plan *plan);
+
+/** Does anything in the scene cast, and does anything receive? Without both there is nothing to probe. */
+bool plan_scene_can_have_caustics(const Scene *scene);
+
+#endif

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The public face of a render, and its thread. */
+#include "render/render_internal.h"
+
+#include "core/checked.h"
+
+#include <stdio.h>
+#include <time.h>
+
+enum { PASS_PHOTONS = 131072, PASSES_MIN = 8 };
+
+cau_render_options cau_render_defaults(void) {
+    return (cau_render_options){
+        .size = sizeof(cau_render_options), .photons = 4000000, .layers = CAU_LAYER_RADIANCE};
+}
+
+double render_clock_s(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* ---- creating ---- */
+
+static cau_result set_region(cau_render *r, CauError *err) {
+    const int *wanted = r->options.region;
+    int w = r->scene.camera.width, h = r->scene.camera.height;
+    if (!wanted[0] && !wanted[1] && !wanted[2] && !wanted[3]) {
+        memcpy(r->region, (int[4]){0, 0, w, h}, sizeof r->region);
+        return CAU_OK;
+    }
+    if (wanted[0] < 0 || wanted[1] < 0 || wanted[2] > w || wanted[3] > h || wanted[0] >= wanted[2] ||
+        wanted[1] >= wanted[3])
+        return error_set(err, CAU_ERROR_INPUT,
+            "region %d,%d,%d,%d does not lie in the picture of %dx%d pixels", wanted[0], wanted[1], wanted[2],
+            wanted[3], w, h);
+    memcpy(r->region, wanted, sizeof r->region);
+    return CAU_OK;
+}
+
+static cau_result make_groups(cau_render *r, CauError *err) {
+    size_t n = r->scene.light_count;
+    r->groups = array_new(n, sizeof *r->groups);
+    r->group_of_light = array_new(n, sizeof *r->group_of_light);
+    if (!r->groups || !r->group_of_light)
+        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %zu lights", n);
+    for (size_t i = 0; i < n; i++) {
+        size_t g = 0;
+        while (g < r->group_count && strcmp(r->groups[g].name, r->scene.lights[i].layer) != 0) g++;
+        if (g == r->group_count) r->groups[r->group_count++].name = r->scene.lights[i].layer;
+        r->group_of_light[i] = g;
+    }
+    return CAU_OK;
+}
+
+static void set_budget(cau_render *r) {
+    uint64_t n = r->options.photons;
+    size_t memory = r->options.memory_bytes ? r->options.memory_bytes : (size_t)2 << 30;
+    /* A deposit costs about 100 bytes with its sorted copy and keys; a photon leaves a few. An eighth of the
+     * budget is theirs. */
+    uint64_t most = memory / 8 / 500;
+    if (most > PASS_PHOTONS) most = PASS_PHOTONS;
+    if (most < 1024) most = 1024;
+    if (r->options.estimator == CAU_ESTIMATOR_R)
+        most = (uint64_t)r->scene.camera.width * (uint64_t)r->scene.camera.height;
+    r->photons_per_pass = (uint32_t)most;
+    if (n == 0) return;
+    uint64_t passes = (n + most - 1) / most;
+    if (passes < PASSES_MIN && n >= PASSES_MIN) passes = PASSES_MIN;
+    if (r->options.estimator != CAU_ESTIMATOR_R) r->photons_per_pass = (uint32_t)((n + passes - 1) / passes);
+    r->passes_wanted = passes;
+}
+
+static cau_result render_prepare(cau_render *r, CauError *err) {
+    CAU_TRY(scene_normalise(r->source, r->options.width, r->options.height, &r->scene, err));
+    CAU_TRY(set_region(r, err));
+    CAU_TRY(tasks_create(&r->pool, r->options.threads, err));
+    CAU_TRY(trace_create(&r->trace, &r->scene, err));
+    CAU_TRY(aim_create(&r->casters, &r->scene, AIM_CASTERS, err));
+    CAU_TRY(aim_create(&r->surfaces, &r->scene, AIM_SURFACES, err));
+    filter_prepare(&r->filter, r->scene.camera.filter, r->scene.camera.filter_width);
+    set_budget(r);
+    return make_groups(r, err);
+}
+
+static cau_result check_options(const cau_render_options *o, CauError *err) {
+    if (!o || o->size != sizeof *o)
+        return error_set(
+            err, CAU_ERROR_USAGE, "render options of an unknown size; fill them with cau_render_defaults()");
+    if (!(o->time_s >= 0) || !(o->error >= 0) || !isfinite(o->time_s) || !isfinite(o->error))
+        return error_set(err, CAU_ERROR_USAGE, "time and error limits must be finite and not negative");
+    if ((o->layers & CAU_LAYER_BEAUTY) && o->estimator != CAU_ESTIMATOR_R)
+        return error_set(
+            err, CAU_ERROR_USAGE, "the beauty layer is estimator R's alone; ask for that estimator");
+    if ((o->layers & CAU_LAYER_IRRADIANCE) && o->estimator == CAU_ESTIMATOR_R)
+        return error_set(
+            err, CAU_ERROR_UNSUPPORTED, "not yet supported: irradiance layers with estimator R; use P");
+    return CAU_OK;
+}
+
+cau_result cau_render_create(cau_scene *scene, const cau_render_options *options, cau_render **out) {
+    *out = NULL;
+    CauError *err = &scene->context->error;
+    CAU_TRY(check_options(options, err));
+    cau_render *r = array_new(1, sizeof *r);
+    if (!r) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a render");
+    r->source = scene;
+    r->options = *options;
+    r->progress = (cau_progress){.error = -1, .remaining_s = -1, .stage = "probing"};
+    pthread_mutex_init(&r->mutex, NULL);
+    pthread_condattr_t attributes;
+    pthread_condattr_init(&attributes);
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    pthread_cond_init(&r->ended, &attributes);
+    pthread_condattr_destroy(&attributes);
+    cau_result result = render_prepare(r, err);
+    if (result != CAU_OK)
+        cau_render_destroy(&r);
+    else
+        *out = r;
+    return result;
+}
+
+static void group_free(RenderGroup *g) {
+    film_free(&g->films[0]);
+    film_free(&g->films[1]);
+    film_free(g->seen);
+    film_free(g->irradiance);
+    film_free(g->coverage);
+}
+
+void cau_render_destroy(cau_render **render) {
+    cau_render *r = *render;
+    if (!r) return;
+    if (r->running) {
+        cau_render_cancel(r);
+        pthread_join(r->thread, NULL);
+    }
+    for (size_t g = 0; g < r->group_count; g++) group_free(&r->groups[g]);
+    film_free(&r->beauty);
+    free(r->groups);
+    free(r->group_of_light);
+    plan_free(&r->plan);
+    aim_free(&r->casters);
+    aim_free(&r->surfaces);
+    trace_destroy(&r->trace);
+    tasks_destroy(&r->pool);
+    scene_free(&r->scene);
+    pthread_mutex_destroy(&r->mutex);
+    pthread_cond_destroy(&r->ended);
+    free(r);
+    *render = NULL;
+}
+
+/* ---- running ---- */
+
+static cau_result make_films(cau_render *r, CauError *err) {
+    size_t pixels = (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
+    bool reference = r->options.estimator == CAU_ESTIMATOR_R;
+    if (r->options.layers & CAU_LAYER_BEAUTY) CAU_TRY(film_create(&r->beauty, pixels, 3, err));
+    for (size_t i = 0; i < r->scene.light_count; i++) {
+        RenderGroup *g = &r->groups[r->group_of_light[i]];
+        bool wanted = reference &&
+                      (!(r->options.layers & CAU_LAYER_BEAUTY) || (r->options.layers & CAU_LAYER_RADIANCE));
+        g->direct |= reference ? wanted : r->plan.lights[i].direct;
+        g->indirect |=
+            reference ? wanted && r->options.indirect != CAU_INDIRECT_OFF : r->plan.lights[i].indirect;
+    }
+    for (size_t i = 0; i < r->group_count; i++) {
+        RenderGroup *g = &r->groups[i];
+        bool irradiance = r->options.layers & CAU_LAYER_IRRADIANCE;
+        if (g->direct || reference) CAU_TRY(film_create(&g->films[0], pixels, 3, err));
+        if (g->indirect || reference) CAU_TRY(film_create(&g->films[1], pixels, 3, err));
+        if (!g->direct || !irradiance) continue;
+        CAU_TRY(film_create(g->seen, pixels, 3, err));
+        CAU_TRY(film_create(g->irradiance, pixels, 3, err));
+        CAU_TRY(film_create(g->coverage, pixels, 1, err));
+    }
+    return CAU_OK;
+}
+
+cau_result cau_render_plan(cau_render *r) {
+    if (r->planned) return CAU_OK;
+    CAU_TRY(render_probe(r, &r->error));
+    CAU_TRY(make_films(r, &r->error));
+    r->planned = true;
+    return CAU_OK;
+}
+
+const char *cau_render_explain(const cau_render *r) { return r->plan.text ? r->plan.text : ""; }
+
+void render_report(cau_render *r, const char *stage, double error, double remaining_s) {
+    pthread_mutex_lock(&r->mutex);
+    r->progress.stage = stage;
+    r->progress.error = error;
+    r->progress.passes = r->passes;
+    r->progress.photons_per_light = r->passes * r->photons_per_pass;
+    r->progress.elapsed_s = render_clock_s() - r->started_s;
+    r->progress.remaining_s = remaining_s;
+    pthread_mutex_unlock(&r->mutex);
+}
+
+static void *render_main_thread(void *argument) {
+    cau_render *r = argument;
+    cau_result result = cau_render_plan(r);
+    if (result == CAU_OK) {
+        render_report(r, "rendering", -1, -1);
+        result = render_passes(r, &r->error);
+    }
+    render_report(r, "done", render_total_error(r), 0);
+    pthread_mutex_lock(&r->mutex);
+    r->result = result;
+    r->has_ended = true;
+    pthread_cond_broadcast(&r->ended);
+    pthread_mutex_unlock(&r->mutex);
+    return NULL;
+}
+
+cau_result cau_render_start(cau_render *r) {
+    if (r->running || r->has_ended)
+        return error_set(
+            &r->source->context->error, CAU_ERROR_USAGE, "a render is started once; create another");
+    r->started_s = render_clock_s();
+    if (pthread_create(&r->thread, NULL, render_main_thread, r) != 0)
+        return error_set(
+            &r->source->context->error, CAU_ERROR_RESOURCE, "the system refused to start a thread");
+    r->running = true;
+    return CAU_OK;
+}
+
+cau_progress cau_render_poll(cau_render *r) {
+    pthread_mutex_lock(&r->mutex);
+    cau_progress p = r->progress;
+    pthread_mutex_unlock(&r->mutex);
+    return p;
+}
+
+void cau_render_cancel(cau_render *r) { atomic_store(&r->cancel, true); }
+
+static bool wait_some(cau_render *r, double interval_s) {
+    struct timespec until;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    double s = (double)until.tv_nsec * 1e-9 + interval_s;
+    until.tv_sec += (time_t)s;
+    until.tv_nsec = (long)((s - floor(s)) * 1e9);
+    pthread_mutex_lock(&r->mutex);
+    if (!r->has_ended) pthread_cond_timedwait(&r->ended, &r->mutex, &until);
+    bool ended = r->has_ended;
+    pthread_mutex_unlock(&r->mutex);
+    return ended;
+}
+
+cau_result cau_render_wait(
+    cau_render *r, double interval_s, void (*report)(void *data, const cau_progress *progress), void *data) {
+    if (!r->running)
+        return error_set(&r->source->context->error, CAU_ERROR_USAGE, "the render was not started");
+    for (bool ended = false; !ended;) {
+        ended = wait_some(r, interval_s > 0.01 ? interval_s : 0.01);
+        cau_progress p = cau_render_poll(r);
+        if (report) report(data, &p);
+    }
+    pthread_join(r->thread, NULL);
+    r->running = false;
+    if (r->result != CAU_OK && r->result != CAU_ERROR_CANCELLED)
+        error_set(&r->source->context->error, r->result, "%s", r->error.text);
+    return r->result;
+}

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  The state of a render, shared by render.c (API and thread), render_passes.c and render_probe.c. Only these
+ *  three carry a value from one pass to the next. */
+#ifndef RENDER_RENDER_INTERNAL_H
+#define RENDER_RENDER_INTERNAL_H
+
+#include "caustics/render.h"
+#include "render/analyse/plan.h"
+#include "render/emit/emit.h"
+#include "render/film/film.h"
+#include "render/gather/photon_gather.h"
+#include "render/gather/reference.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+/** One layer group: the lights that share a layer name. */
+typedef struct RenderGroup {
+    const char *name;
+    bool direct, indirect;                    /**< rendered? */
+    Film films[2];                            /**< [0] direct, [1] indirect; radiance */
+    Film seen[1], irradiance[1], coverage[1]; /**< direct only, when asked for */
+    FluxAccount accounts[2];                  /**< sums over passes, see photons.h */
+} RenderGroup;
+
+struct cau_render {
+    cau_scene *source;
+    cau_render_options options;
+    CauError error;
+    Scene scene;
+    TraceScene *trace;
+    TaskPool *pool;
+    PixelFilter filter;
+    Aim casters, surfaces;
+    Plan plan;
+    bool planned;
+    int region[4];
+    RenderGroup *groups;
+    size_t group_count;
+    size_t *group_of_light;
+    Film beauty;
+    uint64_t passes_wanted; /**< 0: no limit */
+    uint32_t photons_per_pass;
+    uint64_t passes;
+    atomic_bool cancel;
+    pthread_t thread;
+    bool running;
+    pthread_mutex_t mutex;
+    pthread_cond_t ended;
+    bool has_ended;
+    cau_result result;
+    cau_progress progress;
+    double started_s;
+};
+
+/** Sends the probes and makes r->plan. */
+cau_result render_probe(cau_render *r, CauError *err);
+
+/** Renders passes until a limit is met or it is cancelled. */
+cau_result render_passes(cau_render *r, CauError *err);
+
+/** Seconds of a steady clock. */
+double render_clock_s(void);
+
+/** Error of the sum of all layers so far: RMS of its standard error over its RMS; negative: not known. */
+double render_total_error(const cau_render *r);
+
+/** Stores progress under the mutex. */
+void render_report(cau_render *r, const char *stage, double error, double remaining_s);
+
+#endif

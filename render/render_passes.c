@@ -1,0 +1,258 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The passes: each is one independent replica of the whole picture. */
+#include "render/render_internal.h"
+
+#include "core/checked.h"
+#include "core/rng.h"
+
+/* Kernel radius of the first 131072 photons in pixel footprints; it shrinks with the photons so far to the
+ * power of -(1 - alpha) / 2 with alpha = 2/3 (Knaus and Zwicker 2011), without a floor. */
+#define RADIUS_DIRECT 2.0
+#define RADIUS_INDIRECT 8.0
+#define RADIUS_EXPONENT (-1.0 / 6)
+#define RADIUS_PHOTONS 131072.0
+
+typedef struct PassState {
+    cau_render *r;
+    EyePoints points;
+    SupportRows supports[2];
+    DepositList deposits;
+    PhotonTree tree;
+    PassImages images;
+    ReferenceImages reference;
+    double *reference_block;
+    uint64_t key;
+} PassState;
+
+static size_t picture_values(const cau_render *r) {
+    return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
+}
+
+static bool any_indirect(const cau_render *r) {
+    for (size_t g = 0; g < r->group_count; g++)
+        if (r->groups[g].indirect) return true;
+    return false;
+}
+
+static bool any_direct(const cau_render *r) {
+    for (size_t g = 0; g < r->group_count; g++)
+        if (r->groups[g].direct) return true;
+    return false;
+}
+
+/* ---- photons ---- */
+
+/* One light's pass of one layer, added to the group's pass image. */
+static cau_result light_pass(PassState *s, size_t light, int kind, const GatherRun *gather, CauError *err) {
+    cau_render *r = s->r;
+    const Light *l = &r->scene.lights[light];
+    RenderGroup *group = &r->groups[r->group_of_light[light]];
+    PhotonRun run = {.scene = &r->scene,
+        .trace = r->trace,
+        .light = l,
+        .aim = kind ? &r->surfaces : &r->casters,
+        .owner = kind ? OWNER_INDIRECT : OWNER_DIRECT,
+        .physical = r->options.physical_radiance,
+        .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->passes + (uint64_t)kind),
+        .photons = r->photons_per_pass,
+        .cancel = &r->cancel};
+    CAU_TRY(photons_trace(&run, r->pool, &s->deposits, &group->accounts[kind], err));
+    CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
+    return gather_photons(gather, &s->supports[kind], &s->tree, r->pool, &s->images, err);
+}
+
+static void add_to_films(PassState *s, RenderGroup *group, int kind) {
+    film_add(&group->films[kind], s->images.radiance);
+    if (kind || !s->images.irradiance) return;
+    film_add(group->seen, s->images.seen);
+    film_add(group->irradiance, s->images.irradiance);
+    film_add(group->coverage, s->images.coverage);
+}
+
+static cau_result group_pass(PassState *s, size_t g, int kind, const GatherRun *gather, CauError *err) {
+    cau_render *r = s->r;
+    PassImages full = s->images;
+    if (kind) s->images.seen = s->images.irradiance = s->images.coverage = NULL;
+    s->images.add = false;
+    cau_result result = CAU_OK;
+    for (size_t i = 0; i < r->scene.light_count && result == CAU_OK; i++) {
+        const LightPlan *plan = &r->plan.lights[i];
+        if (r->group_of_light[i] != g || !(kind ? plan->indirect : plan->direct)) continue;
+        result = light_pass(s, i, kind, gather, err);
+        s->images.add = true;
+        s->images.coverage = NULL; /* counted once per pass, not once per light */
+    }
+    s->images.coverage = kind ? NULL : full.coverage;
+    if (result == CAU_OK) add_to_films(s, &r->groups[g], kind);
+    s->images = full;
+    return result;
+}
+
+static cau_result photon_pass(PassState *s, CauError *err) {
+    cau_render *r = s->r;
+    EyeRun eye = {.scene = &r->scene,
+        .trace = r->trace,
+        .filter = &r->filter,
+        .key = s->key,
+        .pass = (uint32_t)r->passes,
+        .x0 = r->region[0],
+        .y0 = r->region[1],
+        .x1 = r->region[2],
+        .y1 = r->region[3],
+        .cancel = &r->cancel,
+        .physical = r->options.physical_radiance};
+    CAU_TRY(eye_trace(&eye, r->pool, &s->points, err));
+    double photons = (double)(r->passes + 1) * r->photons_per_pass;
+    double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
+    for (int kind = 0; kind < 2; kind++) {
+        if (!(kind ? any_indirect(r) : any_direct(r))) continue;
+        GatherRun gather = {.scene = &r->scene,
+            .trace = r->trace,
+            .points = &s->points,
+            .y0 = r->region[1],
+            .y1 = r->region[3],
+            .radius_pixels = (kind ? RADIUS_INDIRECT : RADIUS_DIRECT) * shrink,
+            .cancel = &r->cancel};
+        CAU_TRY(gather_supports(&gather, r->pool, &s->supports[kind], err));
+        for (size_t g = 0; g < r->group_count; g++)
+            if (kind ? r->groups[g].indirect : r->groups[g].direct)
+                CAU_TRY(group_pass(s, g, kind, &gather, err));
+    }
+    return CAU_OK;
+}
+
+/* ---- reference ---- */
+
+static cau_result reference_prepare(PassState *s, CauError *err) {
+    cau_render *r = s->r;
+    size_t values = picture_values(r), lights = r->scene.light_count;
+    bool caustics = !(r->options.layers & CAU_LAYER_BEAUTY) || (r->options.layers & CAU_LAYER_RADIANCE);
+    size_t images = (r->options.layers & CAU_LAYER_BEAUTY ? 1 : 0) + (caustics ? 2 * lights : 0), bytes;
+    if (checked_mul(images, values, &bytes)) s->reference_block = array_new(bytes, sizeof(double));
+    double **tables = array_new(2 * lights, sizeof *tables);
+    if (!s->reference_block || !tables) {
+        free(tables);
+        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the reference of %zu lights", lights);
+    }
+    double *next = s->reference_block;
+    if (r->options.layers & CAU_LAYER_BEAUTY) {
+        s->reference.beauty = next;
+        next += values;
+    }
+    s->reference.direct = tables;
+    s->reference.indirect = tables + lights;
+    for (size_t i = 0; caustics && i < 2 * lights; i++, next += values) tables[i] = next;
+    if (!caustics) s->reference.direct = s->reference.indirect = NULL;
+    if (!caustics) free(tables);
+    return CAU_OK;
+}
+
+/* Lights of one group are one layer: their passes are summed before the film sees them. */
+static void reference_to_films(PassState *s) {
+    cau_render *r = s->r;
+    size_t values = picture_values(r);
+    if (s->reference.beauty) film_add(&r->beauty, s->reference.beauty);
+    for (size_t g = 0; s->reference.direct && g < r->group_count; g++)
+        for (int kind = 0; kind < 2; kind++) {
+            double **images = kind ? s->reference.indirect : s->reference.direct, *sum = NULL;
+            for (size_t i = 0; i < r->scene.light_count; i++) {
+                if (r->group_of_light[i] != g || !r->scene.lights[i].casts) continue;
+                if (!sum)
+                    sum = images[i];
+                else
+                    for (size_t v = 0; v < values; v++) sum[v] += images[i][v];
+            }
+            film_add(&r->groups[g].films[kind], sum);
+        }
+}
+
+static cau_result one_reference_pass(PassState *s, CauError *err) {
+    cau_render *r = s->r;
+    ReferenceRun run = {.scene = &r->scene,
+        .trace = r->trace,
+        .filter = &r->filter,
+        .casters = &r->casters,
+        .physical = r->options.physical_radiance,
+        .key = rng_combine(s->key, 0x52u),
+        .pass = (uint32_t)r->passes,
+        .light_paths = (uint32_t)clamp((double)picture_values(r) / 3, 1024, 1 << 20),
+        .x0 = r->region[0],
+        .y0 = r->region[1],
+        .x1 = r->region[2],
+        .y1 = r->region[3],
+        .cancel = &r->cancel};
+    CAU_TRY(reference_pass(&run, r->pool, &s->reference, err));
+    reference_to_films(s);
+    return CAU_OK;
+}
+
+/* ---- the loop ---- */
+
+/* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or N^-1/2 (R). */
+static double forecast_s(const cau_render *r, double elapsed, double error) {
+    double best = INFINITY;
+    double exponent = r->options.estimator == CAU_ESTIMATOR_R ? 2 : 3;
+    if (r->passes_wanted) best = elapsed * ((double)r->passes_wanted / (double)r->passes - 1);
+    if (r->options.time_s > 0) best = fmin(best, r->options.time_s - elapsed);
+    if (r->options.error > 0 && error > 0)
+        best = fmin(best, elapsed * (pow(error / r->options.error, exponent) - 1));
+    return isfinite(best) ? fmax(best, 0) : -1;
+}
+
+static bool finished(cau_render *r, double *last_check_s) {
+    double now = render_clock_s(), elapsed = now - r->started_s;
+    if (r->passes_wanted && r->passes >= r->passes_wanted) return true;
+    if (r->options.time_s > 0 && elapsed >= r->options.time_s) return true;
+    /* The error costs a walk over all films: not after every short pass. */
+    if (now - *last_check_s < 0.2) return false;
+    *last_check_s = now;
+    double error = render_total_error(r);
+    render_report(r, "rendering", error, forecast_s(r, elapsed, error));
+    /* Fewer than 8 replicas cannot tell their own spread. */
+    return r->options.error > 0 && error >= 0 && error <= r->options.error && r->passes >= 8;
+}
+
+static cau_result images_prepare(PassState *s, CauError *err) {
+    cau_render *r = s->r;
+    size_t values = picture_values(r);
+    s->images.radiance = array_new(values, sizeof(double));
+    bool ok = s->images.radiance != NULL;
+    if (r->options.layers & CAU_LAYER_IRRADIANCE) {
+        s->images.seen = array_new(values, sizeof(double));
+        s->images.irradiance = array_new(values, sizeof(double));
+        s->images.coverage = array_new(values / 3, sizeof(double));
+        ok = ok && s->images.seen && s->images.irradiance && s->images.coverage;
+    }
+    return ok ? CAU_OK
+              : error_set(err, CAU_ERROR_RESOURCE, "out of memory for a pass of %zu pixels", values / 3);
+}
+
+static void state_free(PassState *s) {
+    eye_points_free(&s->points);
+    support_rows_free(&s->supports[0]);
+    support_rows_free(&s->supports[1]);
+    deposits_free(&s->deposits);
+    photon_tree_free(&s->tree);
+    free(s->images.radiance);
+    free(s->images.seen);
+    free(s->images.irradiance);
+    free(s->images.coverage);
+    free(s->reference_block);
+    free(s->reference.direct);
+}
+
+cau_result render_passes(cau_render *r, CauError *err) {
+    bool reference = r->options.estimator == CAU_ESTIMATOR_R;
+    if (!reference && !any_direct(r) && !any_indirect(r)) return CAU_OK; /* nothing is called for */
+    PassState s = {.r = r, .key = rng_combine(r->options.seed, 0x63617573u)};
+    cau_result result = reference ? reference_prepare(&s, err) : images_prepare(&s, err);
+    double last_check_s = 0;
+    while (result == CAU_OK) {
+        result = reference ? one_reference_pass(&s, err) : photon_pass(&s, err);
+        if (result != CAU_OK) break;
+        r->passes++;
+        if (finished(r, &last_check_s)) break;
+    }
+    state_free(&s);
+    return result;
+}
