@@ -93,6 +93,52 @@ CAU_API cau_result cau_set_text(cau_scene *scene, cau_item item, const char *key
  *  view is vertical). */
 CAU_API cau_result cau_set_look(cau_scene *scene, cau_item item, const double from[3], const double to[3]);
 
+/** What a parameter holds. */
+enum {
+    CAU_PARAM_NUMBER = 0,
+    CAU_PARAM_VEC2 = 1,
+    CAU_PARAM_VEC3 = 2,
+    CAU_PARAM_COLOR = 3,  /**< three numbers */
+    CAU_PARAM_BOOL = 4,   /**< 0 or 1 by cau_set(), "true" or "false" by cau_set_choice() */
+    CAU_PARAM_CHOICE = 5, /**< one of `words`, by cau_set_choice() */
+    CAU_PARAM_FLAGS = 6,  /**< any of `words`, by cau_set_flags() */
+    CAU_PARAM_MATRIX = 7, /**< 16 numbers, row-major */
+    CAU_PARAM_LIST = 8,   /**< any multiple of `count` numbers; `words` name the numbers of an entry, or is NULL */
+    CAU_PARAM_TEXT = 9,   /**< by cau_set_text(), or fixed when the item is added ("name", "type") */
+    CAU_PARAM_PART = 10   /**< a nested part of the scene file with a call or item of its own */
+};
+
+enum {
+    CAU_PARAM_REQUIRED = 1,
+    CAU_PARAM_UNSUPPORTED = 2, /**< known to the format, not built yet: setting it is an error that says so */
+    CAU_PARAM_MIN_EXCLUDED = 4,
+    CAU_PARAM_WHOLE = 8, /**< whole numbers only */
+    CAU_PARAM_MAX_EXCLUDED = 16,
+    CAU_PARAM_BROADCAST = 32, /**< one number stands for all components */
+    CAU_PARAM_OR_FILE = 64    /**< a scene file may name a text file of rows of numbers */
+};
+
+/** A parameter of an item: what a host needs to build a panel for it. The strings are static. */
+typedef struct cau_param {
+    size_t size; /**< sizeof(cau_param), set by the caller */
+    const char *name, *unit, *help;
+    int32_t type;   /**< CAU_PARAM_NUMBER ... CAU_PARAM_PART */
+    uint32_t flags; /**< CAU_PARAM_REQUIRED ... */
+    uint32_t count; /**< how many numbers; a list: per entry; texts and parts: 0 */
+    double def[3], min, max;
+    const char *const *words; /**< NULL-terminated, or NULL */
+} cau_param;
+
+/** How many parameters an item has, 0 for an item that is not in the scene. */
+CAU_API size_t cau_param_count(cau_scene *scene, cau_item item);
+CAU_API cau_result cau_param_at(cau_scene *scene, cau_item item, size_t index, cau_param *out);
+/** The parameter of that name; an unknown one is an error that names the nearest. */
+CAU_API cau_result cau_param_named(cau_scene *scene, cau_item item, const char *key, cau_param *out);
+
+enum { CAU_TYPES_OF_MATERIALS = 1, CAU_TYPES_OF_LIGHTS = 2, CAU_TYPES_OF_SHAPES = 3 };
+/** The index-th type of material, light or shape; NULL past the last. */
+CAU_API const char *cau_type_name(int family, size_t index);
+
 /** The colour space of every colour in the scene, an interop ID such as "lin_rec709_scene" (the default). */
 CAU_API cau_result cau_set_color_space(cau_scene *scene, const char *name);
 

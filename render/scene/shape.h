@@ -10,6 +10,7 @@
 #include "core/param.h"
 #include "core/vec.h"
 
+#include <stddef.h>
 #include <stdint.h>
 
 /** A triangle mesh, owned. */
@@ -27,7 +28,7 @@ cau_result mesh_alloc(Mesh *mesh, size_t vertices, size_t triangles, bool with_n
 
 /** A hit of an exact surface, in the shape's local space. */
 typedef struct ShapeHit {
-    double t; /**< ray parameter, in units of the (unnormalised) direction */
+    double t;            /**< ray parameter, in units of the (unnormalised) direction */
     V3 position, normal; /**< normal: unit, towards the front side */
 } ShapeHit;
 
@@ -35,14 +36,18 @@ typedef struct ShapeKind {
     const char *name, *help;
     ParamTable table;
     size_t data_size;
-    /** Validates what a table cannot say (e.g. profiles); may be NULL. `owner` names the object. */
+    bool sheet; /**< open by nature: no warning when it is of glass */
+    /** Validates what a table cannot say (e.g. profiles); may be NULL. `owner` is the place,
+     *  e.g. "objects[2].shape". */
     cau_result (*check)(const void *data, const char *owner, CauError *err);
     /** True when this instance is to be intersected exactly (no `segments` asked for). NULL: never. */
     bool (*is_exact)(const void *data);
-    /** Triangles in local space, front side outward / up; `smooth` asks for the surface's own normals where it
-     *  is curved. NULL for shapes that are always exact. */
+    /** Triangles in local space, front side outward / up; `smooth` asks for the surface's own normals where
+     * it is curved. NULL for shapes that are always exact. */
     cau_result (*tessellate)(const void *data, bool smooth, Mesh *out, CauError *err);
-    /** The nearest hit with t in (t_min, t_max), or false. Double precision throughout. Local space. */
+    /** The nearest hit with t in (t_min, t_max), or false. Double precision throughout. Local space. The
+     * position lies on the surface to a few units in the last place of the shape's size, whatever the
+     * distance. */
     bool (*intersect)(const void *data, V3 origin, V3 direction, double t_min, double t_max, ShapeHit *hit);
     /** Local bounding box. Only for exact shapes. */
     void (*bounds)(const void *data, V3 *lo, V3 *hi);
