@@ -10,13 +10,9 @@ enum { SEED = 20240611, RANDOM_PER_RUNG = 3 };
 static void set(Material *m, const char *key, const double *v, size_t n) {
     CauError err = {0};
     if (param_set(&m->kind->table, m->data, "test", key, v, n, &err) != CAU_OK) fail_msg("%s", err.text);
-    m->kind->prepare(m);
 }
 
-void set_number(Material *m, const char *key, double value) { set(m, key, &value, 1); }
-void set_color(Material *m, const char *key, double r, double g, double b) {
-    set(m, key, (double[]){r, g, b}, 3);
-}
+static void set_number(Material *m, const char *key, double value) { set(m, key, &value, 1); }
 
 static void white_defaults(Material *m, const MaterialKind *kind) {
     *m = (Material){.kind = kind};
@@ -25,7 +21,6 @@ static void white_defaults(Material *m, const MaterialKind *kind) {
         const Param *p = &kind->table.params[i];
         if (p->type == PARAM_COLOR && param_is_stored(p)) set(m, p->name, (double[]){1, 1, 1}, 3);
     }
-    kind->prepare(m);
 }
 
 Material make_material(const char *kind, ...) {
@@ -35,6 +30,7 @@ Material make_material(const char *kind, ...) {
     va_start(args, kind);
     for (const char *key; (key = va_arg(args, const char *));) set_number(&m, key, va_arg(args, double));
     va_end(args);
+    m.kind->prepare(&m);
     return m;
 }
 
@@ -63,6 +59,7 @@ void for_each_case(void (*visit)(const Case *c, Rng *rng)) {
                 white_defaults(&c.m, kind);
                 if (i > 0) randomise(&c.m, &rng);
                 if (rough) set_number(&c.m, "roughness", ladder[r]);
+                kind->prepare(&c.m);
                 snprintf(c.label, sizeof c.label, "%s, roughness %g, variant %d, seed %d", kind->name,
                     c.roughness, i, SEED);
                 visit(&c, &rng);

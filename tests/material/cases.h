@@ -21,8 +21,6 @@ typedef struct Case {
 
 /** A material with its defaults (colours white), then `key = value` pairs up to NULL. */
 Material make_material(const char *kind, ...);
-void set_number(Material *m, const char *key, double value);
-void set_color(Material *m, const char *key, double r, double g, double b);
 
 /** For every kind and a ladder of roughnesses: one with defaults and white, some random within the tables'
  *  limits. Calls `visit` with each; the label is printed on failure. */
