@@ -163,7 +163,7 @@ static cau_result set_list(
 
 cau_result param_set(const ParamTable *table, void *data, const char *owner, const char *name,
     const double *values, size_t count, CauError *err) {
-    const Param *p;
+    const Param *p = NULL;
     CAU_TRY(find(table, owner, name, &p, err));
     if (p->type == PARAM_CHOICE || p->type == PARAM_FLAGS || !param_is_stored(p))
         return wrong_type(p, owner, "a number", err);
@@ -195,7 +195,7 @@ static cau_result find_word(const Param *p, const char *owner, const char *word,
 
 cau_result param_set_choice(const ParamTable *table, void *data, const char *owner, const char *name,
     const char *word, CauError *err) {
-    const Param *p;
+    const Param *p = NULL;
     CAU_TRY(find(table, owner, name, &p, err));
     if (p->type == PARAM_BOOL && (strcmp(word, "true") == 0 || strcmp(word, "false") == 0)) {
         *(double *)param_address(p, data) = word[0] == 't';
@@ -204,7 +204,7 @@ cau_result param_set_choice(const ParamTable *table, void *data, const char *own
     char given[80];
     snprintf(given, sizeof given, "the word \"%.60s\"", word);
     if (p->type != PARAM_CHOICE) return wrong_type(p, owner, given, err);
-    size_t n;
+    size_t n = 0;
     CAU_TRY(find_word(p, owner, word, &n, err));
     *(double *)param_address(p, data) = (double)n;
     return CAU_OK;
@@ -212,12 +212,12 @@ cau_result param_set_choice(const ParamTable *table, void *data, const char *own
 
 cau_result param_set_flags(const ParamTable *table, void *data, const char *owner, const char *name,
     const char *const *words, size_t count, CauError *err) {
-    const Param *p;
+    const Param *p = NULL;
     CAU_TRY(find(table, owner, name, &p, err));
     if (p->type != PARAM_FLAGS) return wrong_type(p, owner, "a list of words", err);
     unsigned mask = 0;
     for (size_t i = 0; i < count; i++) {
-        size_t n;
+        size_t n = 0;
         CAU_TRY(find_word(p, owner, words[i], &n, err));
         mask |= 1u << n;
     }

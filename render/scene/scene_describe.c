@@ -46,8 +46,8 @@ cau_result cau_param_at(cau_scene *scene, cau_item item, size_t index, cau_param
 cau_result cau_param_named(cau_scene *scene, cau_item item, const char *key, cau_param *out) {
     if (!scene || !key || !out) return CAU_ERROR_USAGE;
     ItemView v;
-    size_t table;
-    const Param *p;
+    size_t table = 0;
+    const Param *p = NULL;
     CAU_TRY(item_view(scene, item, &v));
     CAU_TRY(item_key(scene, &v, key, &table, &p));
     return describe(scene, p, out);

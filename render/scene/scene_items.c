@@ -152,8 +152,8 @@ static int placement_of_key(const ItemView *v, const Param *p) {
 
 static cau_result set_numbers(
     struct cau_scene *s, const ItemView *v, const char *key, const double *values, size_t count) {
-    size_t table;
-    const Param *p;
+    size_t table = 0;
+    const Param *p = NULL;
     CAU_TRY(item_key(s, v, key, &table, &p));
     int way = placement_of_key(v, p);
     CAU_TRY(check_placement(s, v, way));
@@ -173,8 +173,8 @@ cau_result cau_set(cau_scene *scene, cau_item item, const char *key, const doubl
 cau_result cau_set_choice(cau_scene *scene, cau_item item, const char *key, const char *word) {
     if (!scene || !key || !word) return CAU_ERROR_USAGE;
     ItemView v;
-    size_t t;
-    const Param *p;
+    size_t t = 0;
+    const Param *p = NULL;
     cau_result before = scene->context->error.code;
     CAU_TRY(item_view(scene, item, &v));
     cau_result result = item_key(scene, &v, key, &t, &p);
@@ -187,8 +187,8 @@ cau_result cau_set_flags(
     cau_scene *scene, cau_item item, const char *key, const char *const *words, size_t count) {
     if (!scene || !key || (!words && count)) return CAU_ERROR_USAGE;
     ItemView v;
-    size_t t;
-    const Param *p;
+    size_t t = 0;
+    const Param *p = NULL;
     cau_result before = scene->context->error.code;
     CAU_TRY(item_view(scene, item, &v));
     cau_result result = item_key(scene, &v, key, &t, &p);
@@ -224,8 +224,8 @@ static cau_result store_text(
 }
 
 static cau_result set_text(struct cau_scene *s, const ItemView *v, const char *key, const char *text) {
-    size_t t;
-    const Param *p;
+    size_t t = 0;
+    const Param *p = NULL;
     char **slot = text_slot(s, v, key);
     if (slot) return store_text(s, v->place, key, text, slot);
     CAU_TRY(item_key(s, v, key, &t, &p));
