@@ -11,7 +11,7 @@ enum { PASS_PHOTONS = 131072, PASSES_MIN = 8 };
 
 cau_render_options cau_render_defaults(void) {
     return (cau_render_options){
-        .size = sizeof(cau_render_options), .photons = 4000000, .layers = CAU_LAYER_RADIANCE};
+        .size = sizeof(cau_render_options), .photons = 4000000, .layers = CAU_WANT_RADIANCE};
 }
 
 double render_clock_s(void) {
@@ -89,10 +89,10 @@ static cau_result check_options(const cau_render_options *o, CauError *err) {
             err, CAU_ERROR_USAGE, "render options of an unknown size; fill them with cau_render_defaults()");
     if (!(o->time_s >= 0) || !(o->error >= 0) || !isfinite(o->time_s) || !isfinite(o->error))
         return error_set(err, CAU_ERROR_USAGE, "time and error limits must be finite and not negative");
-    if ((o->layers & CAU_LAYER_BEAUTY) && o->estimator != CAU_ESTIMATOR_R)
+    if ((o->layers & CAU_WANT_BEAUTY) && o->estimator != CAU_ESTIMATOR_R)
         return error_set(
             err, CAU_ERROR_USAGE, "the beauty layer is estimator R's alone; ask for that estimator");
-    if ((o->layers & CAU_LAYER_IRRADIANCE) && o->estimator == CAU_ESTIMATOR_R)
+    if ((o->layers & CAU_WANT_IRRADIANCE) && o->estimator == CAU_ESTIMATOR_R)
         return error_set(
             err, CAU_ERROR_UNSUPPORTED, "not yet supported: irradiance layers with estimator R; use P");
     return CAU_OK;
@@ -106,6 +106,7 @@ cau_result cau_render_create(cau_scene *scene, const cau_render_options *options
     if (!r) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a render");
     r->source = scene;
     r->options = *options;
+    if (options->layers & CAU_WANT_INDIRECT) r->options.indirect = CAU_INDIRECT_ON;
     r->progress = (cau_progress){.error = -1, .remaining_s = -1, .stage = "probing"};
     pthread_mutex_init(&r->mutex, NULL);
     pthread_condattr_t attributes;
@@ -157,18 +158,17 @@ void cau_render_destroy(cau_render **render) {
 static cau_result make_films(cau_render *r, CauError *err) {
     size_t pixels = (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
     bool reference = r->options.estimator == CAU_ESTIMATOR_R;
-    if (r->options.layers & CAU_LAYER_BEAUTY) CAU_TRY(film_create(&r->beauty, pixels, 3, err));
+    if (r->options.layers & CAU_WANT_BEAUTY) CAU_TRY(film_create(&r->beauty, pixels, 3, err));
     for (size_t i = 0; i < r->scene.light_count; i++) {
         RenderGroup *g = &r->groups[r->group_of_light[i]];
-        bool wanted = reference &&
-                      (!(r->options.layers & CAU_LAYER_BEAUTY) || (r->options.layers & CAU_LAYER_RADIANCE));
+        bool wanted = reference && render_wants_caustics(r);
         g->direct |= reference ? wanted : r->plan.lights[i].direct;
         g->indirect |=
             reference ? wanted && r->options.indirect != CAU_INDIRECT_OFF : r->plan.lights[i].indirect;
     }
     for (size_t i = 0; i < r->group_count; i++) {
         RenderGroup *g = &r->groups[i];
-        bool irradiance = r->options.layers & CAU_LAYER_IRRADIANCE;
+        bool irradiance = r->options.layers & CAU_WANT_IRRADIANCE;
         if (g->direct || reference) CAU_TRY(film_create(&g->films[0], pixels, 3, err));
         if (g->indirect || reference) CAU_TRY(film_create(&g->films[1], pixels, 3, err));
         if (!g->direct || !irradiance) continue;

@@ -54,6 +54,11 @@ struct cau_render {
     double started_s;
 };
 
+/** Caustic layers are wanted, not the beauty alone. */
+static inline bool render_wants_caustics(const cau_render *r) {
+    return !(r->options.layers & CAU_WANT_BEAUTY) || (r->options.layers & CAU_WANT_RADIANCE);
+}
+
 /** Sends the probes and makes r->plan. */
 cau_result render_probe(cau_render *r, CauError *err);
 

@@ -126,8 +126,8 @@ static cau_result photon_pass(PassState *s, CauError *err) {
 static cau_result reference_prepare(PassState *s, CauError *err) {
     cau_render *r = s->r;
     size_t values = picture_values(r), lights = r->scene.light_count;
-    bool caustics = !(r->options.layers & CAU_LAYER_BEAUTY) || (r->options.layers & CAU_LAYER_RADIANCE);
-    size_t images = (r->options.layers & CAU_LAYER_BEAUTY ? 1 : 0) + (caustics ? 2 * lights : 0), bytes;
+    bool caustics = render_wants_caustics(r);
+    size_t images = (r->options.layers & CAU_WANT_BEAUTY ? 1 : 0) + (caustics ? 2 * lights : 0), bytes;
     if (checked_mul(images, values, &bytes)) s->reference_block = array_new(bytes, sizeof(double));
     double **tables = array_new(2 * lights, sizeof *tables);
     if (!s->reference_block || !tables) {
@@ -135,7 +135,7 @@ static cau_result reference_prepare(PassState *s, CauError *err) {
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the reference of %zu lights", lights);
     }
     double *next = s->reference_block;
-    if (r->options.layers & CAU_LAYER_BEAUTY) {
+    if (r->options.layers & CAU_WANT_BEAUTY) {
         s->reference.beauty = next;
         next += values;
     }
@@ -217,7 +217,7 @@ static cau_result images_prepare(PassState *s, CauError *err) {
     size_t values = picture_values(r);
     s->images.radiance = array_new(values, sizeof(double));
     bool ok = s->images.radiance != NULL;
-    if (r->options.layers & CAU_LAYER_IRRADIANCE) {
+    if (r->options.layers & CAU_WANT_IRRADIANCE) {
         s->images.seen = array_new(values, sizeof(double));
         s->images.irradiance = array_new(values, sizeof(double));
         s->images.coverage = array_new(values / 3, sizeof(double));

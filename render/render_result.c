@@ -2,7 +2,7 @@
 /* What a render has to say when it has ended. */
 #include "render/render_internal.h"
 
-#include "render/scene/scene.h"
+#include <string.h>
 
 /* The layers in file order: the beauty; then per group radiance, indirect, and what was asked for beside
  * them. */
@@ -17,6 +17,8 @@ void cau_render_size(const cau_render *r, int *width, int *height) {
     *height = r->scene.camera.height;
 }
 
+void cau_render_region(const cau_render *r, int out[4]) { memcpy(out, r->region, sizeof r->region); }
+
 /* Calls for every layer in order; stops at `wanted` and returns true with *out filled; *count gets how many.
  */
 static bool walk_layers(const cau_render *r, size_t wanted, LayerSource *out, size_t *count) {
@@ -29,21 +31,20 @@ static bool walk_layers(const cau_render *r, size_t wanted, LayerSource *out, si
             found = true;                                                                                    \
         }                                                                                                    \
     } while (0)
-    if (r->options.layers & CAU_LAYER_BEAUTY)
-        ADD({"beauty", CAU_LAYER_BEAUTY, 0, 0}, &r->beauty, NULL, false);
-    bool caustics = !(r->options.layers & CAU_LAYER_BEAUTY) || (r->options.layers & CAU_LAYER_RADIANCE);
+    if (r->options.layers & CAU_WANT_BEAUTY) ADD({"beauty", CAU_LAYER_BEAUTY, 0}, &r->beauty, NULL, false);
+    bool caustics = render_wants_caustics(r);
     for (size_t i = 0; caustics && i < r->group_count; i++) {
         const RenderGroup *g = &r->groups[i];
-        ADD({g->name, CAU_LAYER_RADIANCE, 0, 0}, &g->films[0], NULL, false);
-        bool indirect = g->indirect || (r->options.layers & CAU_LAYER_INDIRECT);
-        if (indirect) ADD({g->name, CAU_LAYER_INDIRECT, 1, 0}, &g->films[1], NULL, false);
-        if (r->options.layers & CAU_LAYER_IRRADIANCE) {
-            ADD({g->name, CAU_LAYER_IRRADIANCE, 0, 0}, g->irradiance, g->coverage, false);
-            ADD({g->name, CAU_LAYER_IRRADIANCE, 0, 1}, g->seen, NULL, false);
+        ADD({g->name, CAU_LAYER_RADIANCE, 0}, &g->films[0], NULL, false);
+        bool indirect = g->indirect || (r->options.layers & CAU_WANT_INDIRECT);
+        if (indirect) ADD({g->name, CAU_LAYER_INDIRECT, 1}, &g->films[1], NULL, false);
+        if (r->options.layers & CAU_WANT_IRRADIANCE) {
+            ADD({g->name, CAU_LAYER_IRRADIANCE, 0}, g->irradiance, g->coverage, false);
+            ADD({g->name, CAU_LAYER_SEEN, 0}, g->seen, NULL, false);
         }
-        if (r->options.layers & CAU_LAYER_ERROR) {
-            ADD({g->name, CAU_LAYER_ERROR, 0, 0}, &g->films[0], NULL, true);
-            if (indirect) ADD({g->name, CAU_LAYER_ERROR, 1, 0}, &g->films[1], NULL, true);
+        if (r->options.layers & CAU_WANT_ERROR) {
+            ADD({g->name, CAU_LAYER_ERROR, 0}, &g->films[0], NULL, true);
+            if (indirect) ADD({g->name, CAU_LAYER_ERROR, 1}, &g->films[1], NULL, true);
         }
     }
 #undef ADD
@@ -58,13 +59,13 @@ size_t cau_render_layer_count(const cau_render *r) {
 }
 
 cau_layer cau_render_layer(const cau_render *r, size_t index) {
-    LayerSource s = {.layer = {"", 0, 0, 0}};
+    LayerSource s = {.layer = {"", 0, 0}};
     walk_layers(r, index, &s, NULL);
     return s.layer;
 }
 
 cau_result cau_render_pixels(const cau_render *r, size_t index, float *out) {
-    LayerSource s = {.layer = {"", 0, 0, 0}};
+    LayerSource s = {.layer = {"", 0, 0}};
     if (!walk_layers(r, index, &s, NULL))
         return error_set(&r->source->context->error, CAU_ERROR_USAGE, "layer %zu does not exist", index);
     size_t pixels = (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
@@ -148,3 +149,5 @@ cau_light_report cau_render_light(const cau_render *r, size_t index) {
 const char *cau_render_warning(const cau_render *r, size_t index) {
     return index < r->scene.warning_count ? r->scene.warnings[index] : NULL;
 }
+
+uint64_t cau_scene_hash(const cau_scene *scene) { return scene_hash(scene); }

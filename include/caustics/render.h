@@ -10,6 +10,7 @@
 #ifndef CAUSTICS_RENDER_H
 #define CAUSTICS_RENDER_H
 
+#include "caustics/layers.h"
 #include "caustics/scene.h"
 
 #ifdef __cplusplus
@@ -21,11 +22,11 @@ typedef struct cau_render cau_render;
 enum { CAU_ESTIMATOR_AUTO = 0, CAU_ESTIMATOR_P = 1, CAU_ESTIMATOR_R = 2 };
 /** Which layers are wanted (a bit mask). */
 enum {
-    CAU_LAYER_RADIANCE = 1,   /**< direct caustics, always there */
-    CAU_LAYER_INDIRECT = 2,   /**< indirect caustics: force them */
-    CAU_LAYER_IRRADIANCE = 4, /**< _E at receivers the camera hits first, and _S of what is seen otherwise */
-    CAU_LAYER_ERROR = 8,      /**< standard error per pixel */
-    CAU_LAYER_BEAUTY = 16     /**< estimator R only: what Cycles renders with caustics off */
+    CAU_WANT_RADIANCE = 1,   /**< direct caustics, always there */
+    CAU_WANT_INDIRECT = 2,   /**< indirect caustics: force them */
+    CAU_WANT_IRRADIANCE = 4, /**< _E at receivers the camera hits first, and _S of what is seen otherwise */
+    CAU_WANT_ERROR = 8,      /**< standard error per pixel */
+    CAU_WANT_BEAUTY = 16     /**< estimator R only: what Cycles renders with caustics off */
 };
 enum { CAU_INDIRECT_AUTO = 0, CAU_INDIRECT_ON = 1, CAU_INDIRECT_OFF = 2 };
 
@@ -76,13 +77,17 @@ CAU_API cau_result cau_render_wait(cau_render *render, double interval_s,
     void (*report)(void *data, const cau_progress *progress), void *data);
 
 CAU_API void cau_render_size(const cau_render *render, int *width, int *height);
+/** The rendered region: x0, y0, x1, y1 in pixels, exclusive ends. */
+CAU_API void cau_render_region(const cau_render *render, int out[4]);
+
+/** The kind of the extra layer that CAU_WANT_BEAUTY asks for; it is not part of any caustics file. */
+enum { CAU_LAYER_BEAUTY = 100 };
 
 /** One layer of the result. */
 typedef struct cau_layer {
     const char *light; /**< the light's or group's name as in the scene */
-    int kind;          /**< CAU_LAYER_* bit; the error of an indirect layer is kind ERROR with indirect 1 */
-    int indirect;      /**< 1: belongs to the indirect layer */
-    int seen;          /**< 1: the _S companion of an irradiance layer */
+    int kind;          /**< a cau_layer_kind, or CAU_LAYER_BEAUTY */
+    int indirect;      /**< 1: belongs to the indirect layer (its error) */
 } cau_layer;
 CAU_API size_t cau_render_layer_count(const cau_render *render);
 CAU_API cau_layer cau_render_layer(const cau_render *render, size_t index);

@@ -103,7 +103,8 @@ enum {
     CAU_PARAM_CHOICE = 5, /**< one of `words`, by cau_set_choice() */
     CAU_PARAM_FLAGS = 6,  /**< any of `words`, by cau_set_flags() */
     CAU_PARAM_MATRIX = 7, /**< 16 numbers, row-major */
-    CAU_PARAM_LIST = 8,   /**< any multiple of `count` numbers; `words` name the numbers of an entry, or is NULL */
+    CAU_PARAM_LIST = 8,   /**< any multiple of `count` numbers; `words` name the numbers of an entry, or is NULL; then
+                               the first def[0] of them (0: all) must be given in a scene file */
     CAU_PARAM_TEXT = 9,   /**< by cau_set_text(), or fixed when the item is added ("name", "type") */
     CAU_PARAM_PART = 10   /**< a nested part of the scene file with a call or item of its own */
 };
@@ -139,7 +140,8 @@ enum { CAU_TYPES_OF_MATERIALS = 1, CAU_TYPES_OF_LIGHTS = 2, CAU_TYPES_OF_SHAPES 
 /** The index-th type of material, light or shape; NULL past the last. */
 CAU_API const char *cau_type_name(int family, size_t index);
 
-/** The colour space of every colour in the scene, an interop ID such as "lin_rec709_scene" (the default). */
+/** The colour space of every colour in the scene, an interop ID of a linear RGB space: "lin_rec709_scene" (the
+ *  default), "lin_ap1_scene", "lin_ap0_scene", "lin_p3d65_scene", "lin_rec2020_scene", "lin_adobergb_scene". */
 CAU_API cau_result cau_set_color_space(cau_scene *scene, const char *name);
 
 #ifdef __cplusplus

@@ -5,7 +5,7 @@
 
 #include "core/checked.h"
 
-enum { BALLS_PER_OBJECT = 16, BALLS_MAX = 96, BOX_SAMPLES = 4 };
+enum { BALLS_PER_OBJECT = 16, BALLS_WANTED = 96, BOX_SAMPLES = 4 };
 
 typedef struct Splitter {
     const Mesh *mesh;
@@ -128,7 +128,7 @@ cau_result aim_create(Aim *out, const Scene *scene, AimAt at, CauError *err) {
     out->around = (Ball){v3_add(scene->bounds_min, half), v3_length(half) * (1 + 1e-5)};
     size_t objects = 0;
     for (size_t i = 0; i < scene->object_count; i++) objects += wanted(scene, &scene->objects[i], at);
-    size_t each = objects ? BALLS_MAX / objects : 0;
+    size_t each = objects ? BALLS_WANTED / objects : 0;
     if (each > BALLS_PER_OBJECT) each = BALLS_PER_OBJECT;
     if (each < 1) each = 1;
     Splitter s = {.aim = out, .err = err};
@@ -142,7 +142,7 @@ cau_result aim_create(Aim *out, const Scene *scene, AimAt at, CauError *err) {
         }
     }
     /* Hundreds of casters: testing every ball would cost more than the misses of one ball around them all. */
-    if (out->count > 2 * BALLS_MAX) {
+    if (out->count > AIM_BALLS_MAX) {
         out->balls[0] = out->around;
         out->count = 1;
     }

@@ -38,8 +38,9 @@ static size_t pick(const double *share, size_t count, double total, double *u) {
 /* Chooses the ball by solid angle: the mixture's density is then (balls in this direction) / (sum of angles).
  */
 static bool aim_from_point(const Aim *aim, V3 origin, double u, double v, V3 *dir, double *pdf) {
-    double total = 0, share[256];
-    size_t n = aim->count < 256 ? aim->count : 256;
+    double total = 0, share[AIM_BALLS_MAX];
+    share[0] = 0;
+    size_t n = aim->count;
     for (size_t k = 0; k < n; k++) {
         V3 oc = v3_sub(aim->balls[k].center, origin);
         double d2 = v3_dot(oc, oc);
@@ -73,8 +74,9 @@ static bool emit_finite(const Light *light, const Aim *aim, const double u[4], P
 static bool emit_infinite(const Light *light, const Aim *aim, const double u[4], Photon *out) {
     EmitStart start;
     light->kind->emit_start(light, u[0], u[1], &start);
-    double total = 0, share[256], up = u[2];
-    size_t n = aim->count < 256 ? aim->count : 256;
+    double total = 0, share[AIM_BALLS_MAX], up = u[2];
+    share[0] = 0;
+    size_t n = aim->count;
     for (size_t k = 0; k < n; k++) total += share[k] = square(aim->balls[k].radius);
     size_t k = pick(share, n, total, &up);
     V3 s, t;

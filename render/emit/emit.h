@@ -15,7 +15,9 @@ typedef struct Ball {
     double radius;
 } Ball;
 
-/** What photons are aimed at. */
+enum { AIM_BALLS_MAX = 192 };
+
+/** What photons are aimed at: at most AIM_BALLS_MAX balls. */
 typedef struct Aim {
     Ball *balls;
     size_t count;

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  Adds caustic layers to a finished picture and relights them.
+ *
+ *  A cau_merge holds the first error of the last call as one sentence; it may be used again. Different handles may
+ *  be used by different threads. Callbacks come on the calling thread. No string or array given to a call is kept. */
+#ifndef CAUSTICS_COMPOSITE_H
+#define CAUSTICS_COMPOSITE_H
+
+#include "caustics/error.h"
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct cau_merge cau_merge;
+
+/** Which fields of a cau_merge_light count. */
+enum {
+    CAU_MERGE_GAIN = 1 << 0,
+    CAU_MERGE_EV = 1 << 1,
+    CAU_MERGE_TINT = 1 << 2,
+    CAU_MERGE_MUTE = 1 << 3,
+    CAU_MERGE_SOLO = 1 << 4
+};
+
+/** A light's factor is gain x 2^ev x tint. `light` is its original name, its layer's name, or that without
+ *  "caustics_"; the name of an indirect layer means that layer alone. A later entry for the same light wins, field
+ *  by field. */
+typedef struct cau_merge_light {
+    const char *light;
+    uint32_t set; /**< CAU_MERGE_... */
+    double gain, ev, tint[3];
+} cau_merge_light;
+
+/** Fill with zeros and set `size`; NULL and 0 are the defaults. */
+typedef struct cau_merge_options {
+    size_t size;              /**< sizeof(cau_merge_options) */
+    const char *beauty;       /**< EXR file; required by cau_merge_add() */
+    const char *caustics;     /**< EXR file; required by cau_merge_add() */
+    const char *output;       /**< EXR file; required by cau_merge_add() */
+    const cau_merge_light *lights;
+    size_t light_count;
+    const char *recipe;         /**< JSON file; `lights` wins over it */
+    const char *pass;           /**< what is added to; default: Combined, or plain R,G,B */
+    const char *albedo;         /**< Diffuse Color pass: add pass x irradiance / pi + what is seen through glass */
+    const char *ocio;           /**< colour configuration, or "builtin"; default $OCIO, then built-in */
+    const char *beauty_space;   /**< default: what the beauty says of itself */
+    const char *caustics_space; /**< default: what the caustics say of themselves */
+    const char *tint_space;     /**< default: the beauty's */
+    const char *compression;    /**< "none", "zip", ...; default: the beauty's, ZIP when that is lossy */
+    const char *preview;        /**< PNG file */
+    const char *display, *view; /**< of the preview; default: the configuration's */
+    int allow_incomplete;       /**< accept caustics whose render was stopped */
+    int has_offset;             /**< the beauty was cropped and lost its place: */
+    int offset_x, offset_y;     /**< where its first pixel lies in the whole picture */
+    void *user;                 /**< given to the callbacks */
+    void (*notice)(void *user, const char *sentence); /**< what the user should know, though it is no error */
+    int (*cancelled)(void *user); /**< nonzero: stop, leave the old output, return CAU_ERROR_CANCELLED */
+} cau_merge_options;
+
+CAU_API cau_result cau_merge_create(cau_merge **out);
+/** NULL inside is allowed; *merge becomes NULL. */
+CAU_API void cau_merge_destroy(cau_merge **merge);
+/** The sentence of the last call's error; "" when it succeeded. Valid until the next call. */
+CAU_API const char *cau_merge_error(const cau_merge *merge);
+
+/** Writes options->output = beauty + sum of factor x light layer, atomically. */
+CAU_API cau_result cau_merge_add(cau_merge *merge, const cau_merge_options *options);
+
+/** Shows layer `pass` of options->beauty (any EXR file) as options->preview, a PNG. Of a caustics file, without
+ *  `pass`, the sum in its first part. */
+CAU_API cau_result cau_merge_preview(cau_merge *merge, const cau_merge_options *options);
+
+/** Says what a file holds, line by line. */
+CAU_API cau_result cau_merge_list(
+    cau_merge *merge, const char *file, void (*line)(void *user, const char *text), void *user);
+
+/** Reads every pixel of a file and says what is wrong with it, line by line; CAU_ERROR_INPUT when anything is. */
+CAU_API cau_result cau_merge_check(
+    cau_merge *merge, const char *file, void (*line)(void *user, const char *text), void *user);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* caustic-render: a thin front of the library. Options: DESIGN section 6. */
+#include "caustics/render.h"
+#include "caustics/render_file.h"
+#include "caustics/scene_file.h"
+#include "render/render_options.h"
+
+#include <inttypes.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* The one thing a signal handler can reach. */
+static cau_render *volatile running_render;
+
+static void on_signal(int number) {
+    (void)number;
+    cau_render *r = running_render;
+    if (r) cau_render_cancel(r);
+}
+
+static void catch_signals(cau_render *render) {
+    running_render = render;
+    struct sigaction action = {.sa_handler = on_signal};
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+}
+
+static void format_seconds(char *out, size_t size, double s) {
+    if (s < 0)
+        snprintf(out, size, "?");
+    else if (s < 100)
+        snprintf(out, size, "%.0f s", s);
+    else
+        snprintf(out, size, "%.0f min %02d s", (double)(long)(s / 60), (int)((long)s % 60));
+}
+
+static void show_progress(void *data, const cau_progress *p) {
+    const RenderArguments *a = data;
+    if (a->quiet) return;
+    char left[32], error[32];
+    format_seconds(left, sizeof left, p->remaining_s);
+    if (p->error >= 0)
+        snprintf(error, sizeof error, "%.2f %%", 100 * p->error);
+    else
+        snprintf(error, sizeof error, "?");
+    bool terminal = isatty(STDERR_FILENO), last = strcmp(p->stage, "done") == 0;
+    if (!terminal && !last) return;
+    fprintf(stderr, "%s%s: %.2f million photons per light, error %s, %.1f s gone, %s left",
+        terminal ? "\r\033[K" : "", p->stage, (double)p->photons_per_light * 1e-6, error, p->elapsed_s, left);
+    if (last) fputc('\n', stderr);
+}
+
+/* NAME.incomplete.exr beside NAME.exr: a stopped render never takes the place of a whole one. */
+static char *incomplete_name(const char *path) {
+    size_t n = strlen(path);
+    char *name = malloc(n + 20);
+    if (!name) return NULL;
+    size_t stem = n > 4 && strcmp(path + n - 4, ".exr") == 0 ? n - 4 : n;
+    snprintf(name, n + 20, "%.*s.incomplete.exr", (int)stem, path);
+    return name;
+}
+
+static cau_result write_result(
+    cau_render *render, cau_scene *scene, const RenderArguments *a, bool complete) {
+    cau_write_options options = {.size = sizeof options,
+        .half = a->half,
+        .interleave = a->interleave,
+        .crop = a->crop,
+        .complete = complete,
+        .seed = a->options.seed,
+        .photons = cau_render_poll(render).photons_per_light};
+    char *path = complete ? strdup(a->output) : incomplete_name(a->output);
+    if (!path) return CAU_ERROR_RESOURCE;
+    cau_result result = cau_render_write(render, scene, path, &options);
+    if (result == CAU_OK && !a->quiet) fprintf(stderr, "wrote %s%s\n", path, complete ? "" : " (incomplete)");
+    free(path);
+    if (result == CAU_OK && a->report) result = cau_render_write_report(render, scene, a->report);
+    return result;
+}
+
+static void show_warnings(const cau_render *render, const RenderArguments *a) {
+    for (size_t i = 0; !a->quiet && cau_render_warning(render, i); i++)
+        fprintf(stderr, "warning: %s\n", cau_render_warning(render, i));
+}
+
+static cau_result run(cau_scene *scene, cau_render *render, const RenderArguments *a) {
+    show_warnings(render, a);
+    if (a->explain) {
+        cau_result planned = cau_render_plan(render);
+        if (planned == CAU_OK) fputs(cau_render_explain(render), stdout);
+        if (planned != CAU_OK || !a->output) return planned;
+    }
+    cau_result started = cau_render_start(render);
+    if (started != CAU_OK) return started;
+    cau_result result = cau_render_wait(render, 0.25, show_progress, (void *)a);
+    if (result != CAU_OK && result != CAU_ERROR_CANCELLED) return result;
+    if (result == CAU_OK && cau_render_error(render) == 0 && !a->quiet)
+        fprintf(stderr, "note: the layers are black: %s", cau_render_explain(render));
+    cau_result written = write_result(render, scene, a, result == CAU_OK);
+    return written != CAU_OK ? written : result;
+}
+
+int main(int argc, char **argv) {
+    RenderArguments arguments;
+    int code = render_arguments_parse(argc, argv, &arguments);
+    if (code >= 0) return code;
+    cau_context *context = NULL;
+    cau_scene *scene = NULL;
+    cau_render *render = NULL;
+    cau_result result = cau_context_create(&context);
+    if (result == CAU_OK) result = cau_scene_load_file(context, arguments.scene, &scene);
+    if (result == CAU_OK) result = cau_render_create(scene, &arguments.options, &render);
+    if (result == CAU_OK) {
+        catch_signals(render);
+        result = run(scene, render, &arguments);
+        running_render = NULL;
+    }
+    if (result != CAU_OK && result != CAU_ERROR_CANCELLED)
+        fprintf(stderr, "caustic-render: %s\n", context ? cau_error_text(context) : "out of memory");
+    cau_render_destroy(&render);
+    cau_scene_destroy(&scene);
+    cau_context_destroy(&context);
+    return cau_exit_code(result);
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  The command line of caustic-render. */
+#ifndef RENDER_RENDER_OPTIONS_H
+#define RENDER_RENDER_OPTIONS_H
+
+#include "caustics/render.h"
+
+#include <stdbool.h>
+
+typedef struct RenderArguments {
+    const char *scene, *output, *report;
+    cau_render_options options;
+    bool half, interleave, crop, explain, quiet;
+} RenderArguments;
+
+/** Parses the command line. Returns -1 to go on, or the exit code (after --help, --version or a usage error,
+ *  which it has printed). Strings point into argv. */
+int render_arguments_parse(int argc, char **argv, RenderArguments *out);
+
+#endif
