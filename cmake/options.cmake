@@ -44,6 +44,9 @@ function(caustics_library name)
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${name} PRIVATE ${A_LINK})
+  foreach(o ${A_OBJECTS})
+    target_link_libraries(${name} PRIVATE $<TARGET_PROPERTY:${o},INTERFACE_LINK_LIBRARIES>)
+  endforeach()
 endfunction()
 
 function(caustics_program name)
