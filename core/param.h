@@ -49,8 +49,9 @@ typedef struct Param {
     ParamType type;
     const char *unit; /**< "m", "W", "deg", ... or "" */
     size_t offset;    /**< of the value in the data struct */
-    double def[3];    /**< default, per component; a choice: its index */
-    double min, max;  /**< inclusive limits of every component unless a flag says otherwise */
+    double def[3]; /**< default, per component; a choice: its index; a list: how many numbers of an entry must
+                        be given where they have names (the others are 0), 0: all */
+    double min, max; /**< inclusive limits of every component unless a flag says otherwise */
     unsigned flags;
     const char *const
         *choices;     /**< NULL-terminated; PARAM_CHOICE, PARAM_FLAGS; a list: the names of its tuple */

@@ -2,13 +2,14 @@
 /** @file
  *  A scene in memory.
  *
- *  A scene is built from items: the camera, the world, materials, lights, objects and their shapes. Each kind of
- *  item has parameters with the names, units, ranges and defaults of the scene file (docs/scene-reference.md);
- *  cau_set() and its sisters store one. Metres, Z up, right-handed; colours are scene-linear RGB.
+ *  A scene is built from items: the camera, the world, materials, lights, objects and their shapes. Each kind
+ * of item has parameters with the names, units, ranges and defaults of the scene file
+ * (docs/scene-reference.md); cau_set() and its sisters store one. Metres, Z up, right-handed; colours are
+ * scene-linear RGB.
  *
- *  Ownership: everything passed in is copied during the call, no host pointer outlives it. Threads: one scene is
- *  used by one thread at a time; two scenes are independent. Errors: each call returns a cau_result; the first
- *  error of a context is kept as a sentence, see cau_error_text(). */
+ *  Ownership: everything passed in is copied during the call, no host pointer outlives it. Threads: one scene
+ * is used by one thread at a time; two scenes are independent. Errors: each call returns a cau_result; the
+ * first error of a context is kept as a sentence, see cau_error_text(). */
 #ifndef CAUSTICS_SCENE_H
 #define CAUSTICS_SCENE_H
 
@@ -55,7 +56,8 @@ CAU_API cau_result cau_add_light(cau_scene *scene, const char *name, const char 
 /** Adds an object, still without shape. Names are unique. */
 CAU_API cau_result cau_add_object(cau_scene *scene, const char *name, cau_item *out);
 
-/** Gives an object a parametric shape ("plane", "sphere", "lathe", ...) whose parameters are then set on *out. */
+/** Gives an object a parametric shape ("plane", "sphere", "lathe", ...) whose parameters are then set on
+ * *out. */
 CAU_API cau_result cau_add_shape(cau_scene *scene, cau_item object, const char *type, cau_item *out);
 
 /** A triangle mesh by pointer and stride. */
@@ -65,8 +67,9 @@ typedef struct cau_mesh {
     size_t position_stride;   /**< bytes from one vertex to the next, 0: tightly packed */
     int positions_are_double; /**< 0: float, 1: double */
     size_t vertex_count;
-    const uint32_t *triangles; /**< triangle_count times 3 vertex indices, counter-clockwise seen from the front */
-    size_t triangle_stride;    /**< bytes, 0: tightly packed */
+    const uint32_t
+        *triangles; /**< triangle_count times 3 vertex indices, counter-clockwise seen from the front */
+    size_t triangle_stride; /**< bytes, 0: tightly packed */
     size_t triangle_count;
     const float *normals;       /**< 3 floats per vertex or per corner, or NULL: computed where smooth */
     size_t normal_stride;       /**< bytes, 0: tightly packed */
@@ -76,8 +79,10 @@ typedef struct cau_mesh {
 /** Gives an object a mesh. It is copied; a bad index, a non-finite number or an unknown size is an error. */
 CAU_API cau_result cau_set_mesh(cau_scene *scene, cau_item object, const cau_mesh *mesh);
 
-/** Stores numbers: `count` must be what the parameter has (1, 2, 3 or 16; lists any multiple of their entry). */
-CAU_API cau_result cau_set(cau_scene *scene, cau_item item, const char *key, const double *values, size_t count);
+/** Stores numbers: `count` must be what the parameter has (1, 2, 3 or 16; lists any multiple of their entry).
+ */
+CAU_API cau_result cau_set(
+    cau_scene *scene, cau_item item, const char *key, const double *values, size_t count);
 
 /** Stores a word ("type": "perspective"; "shape": "disk"). */
 CAU_API cau_result cau_set_choice(cau_scene *scene, cau_item item, const char *key, const char *word);
@@ -103,8 +108,8 @@ enum {
     CAU_PARAM_CHOICE = 5, /**< one of `words`, by cau_set_choice() */
     CAU_PARAM_FLAGS = 6,  /**< any of `words`, by cau_set_flags() */
     CAU_PARAM_MATRIX = 7, /**< 16 numbers, row-major */
-    CAU_PARAM_LIST = 8,   /**< any multiple of `count` numbers; `words` name the numbers of an entry, or is NULL; then
-                               the first def[0] of them (0: all) must be given in a scene file */
+    CAU_PARAM_LIST = 8,   /**< any multiple of `count` numbers; `words` name the numbers of an entry, or is
+                             NULL; then   the first def[0] of them (0: all) must be given in a scene file */
     CAU_PARAM_TEXT = 9,   /**< by cau_set_text(), or fixed when the item is added ("name", "type") */
     CAU_PARAM_PART = 10   /**< a nested part of the scene file with a call or item of its own */
 };
@@ -140,8 +145,9 @@ enum { CAU_TYPES_OF_MATERIALS = 1, CAU_TYPES_OF_LIGHTS = 2, CAU_TYPES_OF_SHAPES 
 /** The index-th type of material, light or shape; NULL past the last. */
 CAU_API const char *cau_type_name(int family, size_t index);
 
-/** The colour space of every colour in the scene, an interop ID of a linear RGB space: "lin_rec709_scene" (the
- *  default), "lin_ap1_scene", "lin_ap0_scene", "lin_p3d65_scene", "lin_rec2020_scene", "lin_adobergb_scene". */
+/** The colour space of every colour in the scene, an interop ID of a linear RGB space: "lin_rec709_scene"
+ * (the default), "lin_ap1_scene", "lin_ap0_scene", "lin_p3d65_scene", "lin_rec2020_scene",
+ * "lin_adobergb_scene". */
 CAU_API cau_result cau_set_color_space(cau_scene *scene, const char *name);
 
 #ifdef __cplusplus

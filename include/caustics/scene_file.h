@@ -10,9 +10,9 @@
 extern "C" {
 #endif
 
-/** Reads a scene file (JSON) and the meshes it names, which must lie in its folder or below. Strict: an unknown
- *  or repeated key, a wrong type or a value out of range is an error that says where, and nearest names. On
- *  failure *out is NULL. */
+/** Reads a scene file (JSON) and the meshes it names, which must lie in its folder or below. Strict: an
+ * unknown or repeated key, a wrong type or a value out of range is an error that says where, and nearest
+ * names. On failure *out is NULL. */
 CAU_API cau_result cau_scene_load_file(cau_context *context, const char *path, cau_scene **out);
 
 #ifdef __cplusplus

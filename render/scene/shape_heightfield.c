@@ -33,6 +33,7 @@ static const Param params[] = {
         .min = -SHAPE_SIZE_MAX,
         .max = SHAPE_SIZE_MAX,
         .flags = PARAM_REQUIRED,
+        .def = {2},
         .choices = wave_names,
         .tuple = 4,
         .help = "z = sum of amplitude sin(k (x cos d + y sin d) + phase)"},
