@@ -80,7 +80,8 @@ static cau_result prepare(const LightSource *source, const Affine *to_scene, dou
     out->derived[AREA_ROUND] = p->shape;
     out->derived[AREA_SKEWED] = fabs(v3_dot(out->u, out->v)) > 1e-9 * v3_length(out->u) * v3_length(out->v);
     prepare_spread(p->spread_deg, out);
-    return light_check(out->derived[AREA_RADIANCE] * fmax(1.0, out->derived[AREA_SPREAD_SCALE]), owner, err);
+    return light_check(
+        out, out->derived[AREA_RADIANCE] * fmax(1.0, out->derived[AREA_SPREAD_SCALE]), owner, err);
 }
 
 /* Radiance leaving with cosine c to the normal. Cycles 3.4 (kernel/light/area.h,

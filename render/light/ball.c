@@ -7,7 +7,7 @@ cau_result ball_prepare(
     out->delta = !(r * r > 0.0);
     out->derived[BALL_RADIUS] = out->delta ? 0.0 : r;
     out->derived[BALL_VALUE] = out->delta ? intensity : intensity / (CAU_PI * r * r);
-    return light_check(out->derived[BALL_VALUE], owner, err);
+    return light_check(out, out->derived[BALL_VALUE], owner, err);
 }
 
 static Rgb value(const Light *l) { return rgb_scale(l->color, l->derived[BALL_VALUE]); }

@@ -41,8 +41,8 @@ cau_result light_place(
     return CAU_OK;
 }
 
-cau_result light_check(double brightness, const char *owner, CauError *err) {
-    if (isfinite(brightness)) return CAU_OK;
+cau_result light_check(const Light *light, double brightness, const char *owner, CauError *err) {
+    if (isfinite(brightness * rgb_max(light->color))) return CAU_OK;
     return error_set(err, CAU_ERROR_INPUT,
         "%s: the light is too small for its power: its radiance is not a finite number; make it larger, or a "
         "point or sun of size 0",

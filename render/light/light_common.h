@@ -7,8 +7,8 @@
 #include "core/sampling.h"
 #include "render/light/light.h"
 
-/** Beyond this a light could not be written as float. */
-#define LIGHT_VALUE_MAX 1e30
+/** A sane limit for powers and lengths: far beyond any lamp, far below what a float layer can hold. */
+#define LIGHT_VALUE_MAX 1e15
 
 /** `color` is the first row of every kind's table, and first in its struct. */
 #define LIGHT_COLOR                                                                                          \
@@ -41,7 +41,7 @@ static inline V3 about_axis(V3 local, V3 axis) {
 cau_result light_place(
     const LightSource *source, const Affine *to_scene, Light *out, const char *owner, CauError *err);
 
-/** Error unless the light's brightness came out finite. */
-cau_result light_check(double brightness, const char *owner, CauError *err);
+/** Error unless the light's brightness (times its colour) came out finite. */
+cau_result light_check(const Light *light, double brightness, const char *owner, CauError *err);
 
 #endif

@@ -29,7 +29,7 @@ static cau_result prepare(const LightSource *source, const Affine *to_scene, dou
     out->derived[SUN_VALUE] = out->delta ? p->strength : p->strength / (CAU_PI * square(sin(a)));
     out->derived[SUN_HEIGHT] = one_minus_cos(a);
     out->derived[SUN_CHORD2] = 2.0 * out->derived[SUN_HEIGHT];
-    return light_check(out->derived[SUN_VALUE], owner, err);
+    return light_check(out, out->derived[SUN_VALUE], owner, err);
 }
 
 static Rgb value(const Light *l) { return rgb_scale(l->color, l->derived[SUN_VALUE]); }

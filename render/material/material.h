@@ -3,9 +3,10 @@
  *  Materials: how a surface scatters. One file per kind plus one line in materials.def.
  *
  *  Directions point away from the surface. `wi` is where the path came from, `wo` where it goes on. A kind
- *  answers in the shading frame's terms; the correction of interpolated normals for light transport (Veach 1996,
- *  "Non-symmetric scattering in light transport algorithms") is the tracer's, so that a kind knows nothing of
- *  it. Radiance is never scaled by the square of the index: photons carry flux, eye paths follow Cycles. */
+ *  answers in the shading frame's terms; the correction of interpolated normals for light transport (Veach
+ * 1996, "Non-symmetric scattering in light transport algorithms") is the tracer's, so that a kind knows
+ * nothing of it. Radiance is never scaled by the square of the index: photons carry flux, eye paths follow
+ * Cycles. */
 #ifndef RENDER_MATERIAL_MATERIAL_H
 #define RENDER_MATERIAL_MATERIAL_H
 
@@ -25,7 +26,7 @@ enum {
 
 /** A point on a surface as seen from wi. ng and ns point to wi's side. */
 typedef struct ShadingFrame {
-    V3 ng, ns; /**< geometric and shading normal, unit */
+    V3 ng, ns;  /**< geometric and shading normal, unit */
     bool front; /**< wi is on the front side */
 } ShadingFrame;
 
@@ -56,8 +57,8 @@ typedef struct MaterialKind {
     size_t data_size;
     /** Fills m->derived and m->lobes from m->data. */
     void (*prepare)(Material *m);
-    /** Draws wo among `lobes`. False: the path ends here (absorbed). u: three uniform numbers. `from_light` is
-     *  true when wi points towards the light (photons): then wo is the eye's side. */
+    /** Draws wo among `lobes`. False: the path ends here (absorbed). u: three uniform numbers. `from_light`
+     * is true when wi points towards the light (photons): then wo is the eye's side. */
     bool (*sample)(const Material *m, const ShadingFrame *f, V3 wi, const double u[3], unsigned lobes,
         bool from_light, ScatterSample *out);
     /** f |wo.ns| of the lobes with a density (diffuse, glossy) for an eye path, and the density with which

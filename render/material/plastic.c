@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A GGX coat over a Lambert base. The base gets what the coat leaves towards the eye, 1 - E(eye), as Cycles'
- * Principled BSDF of a later version and most film renderers do; it is not reciprocal, so a photon, whose wo
- * is the eye's side, uses E(wo): the very factor an eye path along the same segments has. */
+/* A GGX coat over a Lambert base. The base gets what the coat leaves towards the eye, 1 - E(eye). That is not
+ * reciprocal, so a photon, whose wo is the eye's side, takes E(wo): the very factor that an eye path along
+ * the same segments has. */
 #include "core/sampling.h"
 #include "render/material/coat.h"
 #include "render/material/fresnel.h"

@@ -50,5 +50,6 @@ void random_u(Rng *rng, double u[3]);
 int run_generic_tests(void);
 int run_glass_tests(void);
 int run_coat_tests(void);
+int run_normal_tests(void);
 
 #endif
