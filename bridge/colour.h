@@ -23,15 +23,16 @@ typedef enum ColourKind {
     COLOUR_DATA     /**< not a colour */
 } ColourKind;
 
-/** `config`: a file, "builtin", or NULL for $OCIO and, where that is not set, the built-in one. A configuration
- *  that is named but cannot be used is an error; nothing takes its place. */
+/** `config`: a file, "builtin", or NULL for $OCIO and, where that is not set, the built-in one. A
+ * configuration that is named but cannot be used is an error; nothing takes its place. */
 cau_result colour_open(Colour **out, const char *config, CauError *err);
 void colour_close(Colour **colour);
 
 /** "the built-in colour configuration" or "the colour configuration \"/path\"", for messages. */
 const char *colour_origin(const Colour *colour);
 
-/** The configuration's own name for a space, alias or role; NULL when there is none. Valid until colour_close(). */
+/** The configuration's own name for a space, alias or role; NULL when there is none. Valid until
+ * colour_close(). */
 const char *colour_resolve(const Colour *colour, const char *name);
 size_t colour_name_count(const Colour *colour);
 const char *colour_name_at(const Colour *colour, size_t index);
@@ -39,11 +40,13 @@ const char *colour_name_at(const Colour *colour, size_t index);
 const char *colour_alias_at(const Colour *colour, const char *space, size_t index);
 ColourKind colour_kind(const Colour *colour, const char *space);
 
-/** The matrix (row by row) that takes RGB in `from` to RGB in `to`, both linear. `*same` when none is needed. */
+/** The matrix (row by row) that takes RGB in `from` to RGB in `to`, both linear. `*same` when none is needed.
+ */
 cau_result colour_matrix(
     const Colour *colour, const char *from, const char *to, double matrix[9], bool *same, CauError *err);
 
-/** `display`, `view`: NULL for the configuration's default. An unknown one is an error that lists the others. */
+/** `display`, `view`: NULL for the configuration's default. An unknown one is an error that lists the others.
+ */
 cau_result colour_view_open(ColourView **out, const Colour *colour, const char *space, const char *display,
     const char *view, CauError *err);
 void colour_view_close(ColourView **view);

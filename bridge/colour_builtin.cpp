@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matrices: primaries and white points of each space, Bradford adaptation to the ACES white, in double precision.
-// The aliases are the names of the Color Interop Forum, so that a tag in a file finds its space.
+// Matrices: primaries and white points of each space, Bradford adaptation to the ACES white, in double
+// precision. The aliases are the names of the Color Interop Forum, so that a tag in a file finds its space.
 #include "bridge/colour.h"
 
 extern "C" const char *const colour_builtin_config = R"ocio(ocio_profile_version: 2

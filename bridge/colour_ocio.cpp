@@ -36,7 +36,9 @@ cau_result report(const Colour *colour, const char *doing, CauError *err) {
     }
 }
 
-OCIO::ConstColorSpaceRcPtr find(const Colour *colour, const char *name) { return colour->config->getColorSpace(name); }
+OCIO::ConstColorSpaceRcPtr find(const Colour *colour, const char *name) {
+    return colour->config->getColorSpace(name);
+}
 
 struct Matrix {
     double m[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -46,7 +48,8 @@ Matrix product(const Matrix &a, const Matrix &b) {
     Matrix out;
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++)
-            out.m[3 * r + c] = a.m[3 * r] * b.m[c] + a.m[3 * r + 1] * b.m[3 + c] + a.m[3 * r + 2] * b.m[6 + c];
+            out.m[3 * r + c] =
+                a.m[3 * r] * b.m[c] + a.m[3 * r + 1] * b.m[3 + c] + a.m[3 * r + 2] * b.m[6 + c];
     return out;
 }
 
@@ -90,8 +93,8 @@ bool all_matrices(const OCIO::ConstProcessorRcPtr &processor, Matrix *out) {
     return true;
 }
 
-// In double, straight from the configuration's matrices; OCIO itself would apply them in single precision. Curves
-// that undo each other (both spaces logarithmic in the same way) vanish in the optimised form.
+// In double, straight from the configuration's matrices; OCIO itself would apply them in single precision.
+// Curves that undo each other (both spaces logarithmic in the same way) vanish in the optimised form.
 bool linear_matrix(const OCIO::ConstProcessorRcPtr &processor, Matrix *out) {
     return all_matrices(processor, out) ||
            all_matrices(processor->getOptimizedProcessor(OCIO::OPTIMIZATION_LOSSLESS), out);
@@ -199,8 +202,9 @@ cau_result colour_matrix(
         if (!*same) {
             OCIO::ConstProcessorRcPtr processor = colour->config->getProcessor(from, to);
             if (!linear_matrix(processor, &found))
-                return error_set(err, CAU_ERROR_INPUT, "%s: \"%s\" to \"%s\" is not a matrix, so light cannot be added",
-                    colour->origin.c_str(), from, to);
+                return error_set(err, CAU_ERROR_INPUT,
+                    "%s: \"%s\" to \"%s\" is not a matrix, so light cannot be added", colour->origin.c_str(),
+                    from, to);
             *same = std::memcmp(found.m, Matrix().m, sizeof found.m) == 0;
         }
         std::memcpy(matrix, found.m, sizeof found.m);
@@ -212,7 +216,8 @@ cau_result colour_matrix(
 
 static std::string display_list(const OCIO::ConstConfigRcPtr &config) {
     std::string list;
-    for (int i = 0; i < config->getNumDisplays(); i++) list += (i ? ", " : "") + std::string(config->getDisplay(i));
+    for (int i = 0; i < config->getNumDisplays(); i++)
+        list += (i ? ", " : "") + std::string(config->getDisplay(i));
     return list;
 }
 
@@ -242,12 +247,13 @@ cau_result colour_view_open(ColourView **out, const Colour *colour, const char *
         const OCIO::ConstConfigRcPtr &config = colour->config;
         std::string shown = display ? display : config->getDefaultDisplay();
         if (!has_display(config, shown.c_str()))
-            return error_set(err, CAU_ERROR_INPUT, "%s has no display \"%s\", only: %s", colour->origin.c_str(),
-                shown.c_str(), display_list(config).c_str());
+            return error_set(err, CAU_ERROR_INPUT, "%s has no display \"%s\", only: %s",
+                colour->origin.c_str(), shown.c_str(), display_list(config).c_str());
         std::string seen = view ? view : config->getDefaultView(shown.c_str());
         if (!has_view(config, shown.c_str(), seen.c_str()))
             return error_set(err, CAU_ERROR_INPUT, "%s: display \"%s\" has no view \"%s\", only: %s",
-                colour->origin.c_str(), shown.c_str(), seen.c_str(), view_list(config, shown.c_str()).c_str());
+                colour->origin.c_str(), shown.c_str(), seen.c_str(),
+                view_list(config, shown.c_str()).c_str());
         auto transform = OCIO::DisplayViewTransform::Create();
         transform->setSrc(space);
         transform->setDisplay(shown.c_str());

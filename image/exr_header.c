@@ -119,10 +119,13 @@ cau_result exr_part_add_channel(ExrPart *part, const char *name, ExrPixelType ty
     return CAU_OK;
 }
 
+/* Chunks are 1, 16 or 32 rows, but for DWAB. Small bands keep memory low and let a cancel be answered soon.
+ */
 int exr_band_rows(const ExrPart *part) {
-    if (!part->tiled) return 256; /* chunks are 1, 16, 32 or 256 rows */
+    int least = part->codec == EXR_CODEC_DWAB ? 256 : 32;
+    if (!part->tiled) return least;
     int64_t rows = part->tile_height, height = exr_box_height(part->data_window);
-    while (rows < 256) rows += part->tile_height;
+    while (rows < 32) rows += part->tile_height;
     return (int)(rows < height ? rows : height);
 }
 

@@ -2,8 +2,9 @@
 /** @file
  *  Adds caustic layers to a finished picture and relights them.
  *
- *  A cau_merge holds the first error of the last call as one sentence; it may be used again. Different handles may
- *  be used by different threads. Callbacks come on the calling thread. No string or array given to a call is kept. */
+ *  A cau_merge holds the first error of the last call as one sentence; it may be used again. Different
+ * handles may be used by different threads. Callbacks come on the calling thread. No string or array given to
+ * a call is kept. */
 #ifndef CAUSTICS_COMPOSITE_H
 #define CAUSTICS_COMPOSITE_H
 
@@ -27,8 +28,8 @@ enum {
 };
 
 /** A light's factor is gain x 2^ev x tint. `light` is its original name, its layer's name, or that without
- *  "caustics_"; the name of an indirect layer means that layer alone. A later entry for the same light wins, field
- *  by field. */
+ *  "caustics_"; the name of an indirect layer means that layer alone. A later entry for the same light wins,
+ * field by field. */
 typedef struct cau_merge_light {
     const char *light;
     uint32_t set; /**< CAU_MERGE_... */
@@ -37,16 +38,16 @@ typedef struct cau_merge_light {
 
 /** Fill with zeros and set `size`; NULL and 0 are the defaults. */
 typedef struct cau_merge_options {
-    size_t size;              /**< sizeof(cau_merge_options) */
-    const char *beauty;       /**< EXR file; required by cau_merge_add() */
-    const char *caustics;     /**< EXR file; required by cau_merge_add() */
-    const char *output;       /**< EXR file; required by cau_merge_add() */
+    size_t size;          /**< sizeof(cau_merge_options) */
+    const char *beauty;   /**< EXR file; required by cau_merge_add() */
+    const char *caustics; /**< EXR file; required by cau_merge_add() */
+    const char *output;   /**< EXR file; required by cau_merge_add() */
     const cau_merge_light *lights;
     size_t light_count;
-    const char *recipe;         /**< JSON file; `lights` wins over it */
-    const char *pass;           /**< what is added to; default: Combined, or plain R,G,B */
-    const char *albedo;         /**< Diffuse Color pass: add pass x irradiance / pi + what is seen through glass */
-    const char *ocio;           /**< colour configuration, or "builtin"; default $OCIO, then built-in */
+    const char *recipe; /**< JSON file; `lights` wins over it */
+    const char *pass;   /**< what is added to; default: Combined, or plain R,G,B */
+    const char *albedo; /**< Diffuse Color pass: add pass x irradiance / pi + what is seen through glass */
+    const char *ocio;   /**< colour configuration, or "builtin"; default $OCIO, then built-in */
     const char *beauty_space;   /**< default: what the beauty says of itself */
     const char *caustics_space; /**< default: what the caustics say of themselves */
     const char *tint_space;     /**< default: the beauty's */
@@ -70,15 +71,16 @@ CAU_API const char *cau_merge_error(const cau_merge *merge);
 /** Writes options->output = beauty + sum of factor x light layer, atomically. */
 CAU_API cau_result cau_merge_add(cau_merge *merge, const cau_merge_options *options);
 
-/** Shows layer `pass` of options->beauty (any EXR file) as options->preview, a PNG. Of a caustics file, without
- *  `pass`, the sum in its first part. */
+/** Shows layer `pass` of options->beauty (any EXR file) as options->preview, a PNG. Of a caustics file,
+ * without `pass`, the sum in its first part. */
 CAU_API cau_result cau_merge_preview(cau_merge *merge, const cau_merge_options *options);
 
 /** Says what a file holds, line by line. */
 CAU_API cau_result cau_merge_list(
     cau_merge *merge, const char *file, void (*line)(void *user, const char *text), void *user);
 
-/** Reads every pixel of a file and says what is wrong with it, line by line; CAU_ERROR_INPUT when anything is. */
+/** Reads every pixel of a file and says what is wrong with it, line by line; CAU_ERROR_INPUT when anything
+ * is. */
 CAU_API cau_result cau_merge_check(
     cau_merge *merge, const char *file, void (*line)(void *user, const char *text), void *user);
 

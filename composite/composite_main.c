@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* caustic-merge: a thin front of include/caustics/composite.h. */
+#include "composite/cli/arguments.h"
+#include "core/nearest.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void print_line(void *user, const char *text) {
+    (void)user;
+    puts(text);
+}
+
+static void print_notice(void *user, const char *text) {
+    const Arguments *a = user;
+    if (!a->quiet) fprintf(stderr, "caustic-merge: note: %s\n", text);
+}
+
+/* The signals are blocked, so nothing is ever interrupted half-way; whether one came is asked between bands.
+ */
+static int signal_came(void *user) {
+    (void)user;
+    sigset_t pending;
+    return sigpending(&pending) == 0 &&
+           (sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1);
+}
+
+static void block_signals(void) {
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGTERM);
+    sigprocmask(SIG_BLOCK, &set, NULL);
+    signal(SIGXFSZ, SIG_IGN); /* a file size limit is then an error of write(), like a full disk */
+}
+
+static cau_result say(cau_result result, const char *text) {
+    if (result != CAU_OK) fprintf(stderr, "caustic-merge: %s\n", text);
+    return result;
+}
+
+static cau_result usage(const char *text) { return say(CAU_ERROR_USAGE, text); }
+
+static cau_result add_one(cau_merge *merge, Arguments *a) {
+    cau_result result = say(cau_merge_add(merge, &a->options), cau_merge_error(merge));
+    if (result == CAU_OK && !a->quiet) printf("wrote %s\n", a->options.output);
+    return result;
+}
+
+typedef struct Names {
+    char *beauty, *caustics, *output, *preview;
+} Names;
+
+static void free_names(Names *n) {
+    free(n->beauty);
+    free(n->caustics);
+    free(n->output);
+    free(n->preview);
+}
+
+static bool frame_names(Names *out, const Arguments *a, int frame) {
+    *out = (Names){frames_name(a->files[0], frame), frames_name(a->files[1], frame),
+        frames_name(a->output, frame), a->options.preview ? frames_name(a->options.preview, frame) : NULL};
+    return out->beauty && out->caustics && out->output && (out->preview || !a->options.preview);
+}
+
+static cau_result add_frames(cau_merge *merge, Arguments *a) {
+    CauError err = {0};
+    int first, last, step, failed = 0, count = 0;
+    if (frames_parse(a->frames, &first, &last, &step, &err) != CAU_OK) return usage(err.text);
+    const char *preview = a->options.preview;
+    for (int frame = first; frame <= last; frame += step, count++) {
+        Names names;
+        a->options.preview = preview;
+        bool ok = frame_names(&names, a, frame);
+        if (ok) {
+            a->options.beauty = names.beauty;
+            a->options.caustics = names.caustics;
+            a->options.output = names.output;
+            a->options.preview = names.preview;
+        }
+        cau_result result =
+            ok ? add_one(merge, a) : usage("--frames needs #### or %04d in every name of a picture");
+        free_names(&names);
+        if (result == CAU_ERROR_CANCELLED || result == CAU_ERROR_USAGE || result == CAU_ERROR_RESOURCE)
+            return result;
+        if (result != CAU_OK) fprintf(stderr, "caustic-merge: frame %d was not done\n", frame);
+        failed += result != CAU_OK;
+    }
+    if (failed) fprintf(stderr, "caustic-merge: %d of %d frames were not done\n", failed, count);
+    return failed ? CAU_ERROR_INPUT : CAU_OK;
+}
+
+static cau_result run_add(cau_merge *merge, Arguments *a) {
+    if (a->file_count != 2)
+        return usage("add needs two files, the beauty and the caustics: see caustic-merge --help");
+    if (!a->output) return usage("add needs an output: -o OUT.exr");
+    if (a->frames) return add_frames(merge, a);
+    a->options.beauty = a->files[0];
+    a->options.caustics = a->files[1];
+    a->options.output = a->output;
+    return add_one(merge, a);
+}
+
+static cau_result run_preview(cau_merge *merge, Arguments *a) {
+    if (a->file_count != 1) return usage("preview needs one file: see caustic-merge --help");
+    if (!a->output) return usage("preview needs an output: -o OUT.png");
+    a->options.beauty = a->files[0];
+    a->options.preview = a->output;
+    return say(cau_merge_preview(merge, &a->options), cau_merge_error(merge));
+}
+
+static cau_result run_files(cau_merge *merge, Arguments *a,
+    cau_result (*call)(cau_merge *, const char *, void (*)(void *, const char *), void *)) {
+    if (a->any_option || a->output) return usage("list and check take files and --quiet only");
+    if (a->file_count < 1) return usage("name at least one file: see caustic-merge --help");
+    cau_result worst = CAU_OK;
+    for (size_t i = 0; i < a->file_count; i++) {
+        if (a->file_count > 1 && call == cau_merge_list) printf("%s:\n", a->files[i]);
+        cau_result result = call(merge, a->files[i], a->quiet ? NULL : print_line, NULL);
+        fflush(stdout);
+        say(result, cau_merge_error(merge));
+        if (result != CAU_OK) worst = result;
+        if (signal_came(NULL)) return CAU_ERROR_CANCELLED;
+    }
+    return worst;
+}
+
+static cau_result run_command(cau_merge *merge, Arguments *a) {
+    static const char *const commands[] = {"add", "preview", "list", "check", "shards", "nuke", "blender"};
+    enum { COMMANDS = sizeof commands / sizeof *commands };
+    if (strcmp(a->command, "add") == 0) return run_add(merge, a);
+    if (strcmp(a->command, "preview") == 0) return run_preview(merge, a);
+    if (strcmp(a->command, "list") == 0) return run_files(merge, a, cau_merge_list);
+    if (strcmp(a->command, "check") == 0) return run_files(merge, a, cau_merge_check);
+    for (int i = 4; i < COMMANDS; i++)
+        if (strcmp(a->command, commands[i]) == 0) {
+            fprintf(stderr, "caustic-merge: not yet supported: %s\n", a->command);
+            return CAU_ERROR_UNSUPPORTED;
+        }
+    fprintf(stderr, "caustic-merge: unknown command \"%s\"; did you mean %s? See caustic-merge --help\n",
+        a->command, commands[nearest_name(a->command, commands, COMMANDS)]);
+    return CAU_ERROR_USAGE;
+}
+
+static cau_result run(Arguments *a) {
+    if (a->help) return fputs(arguments_help(), stdout) < 0 ? CAU_ERROR_RESOURCE : CAU_OK;
+    if (a->version) return puts("caustic-merge " CAUSTICS_VERSION) < 0 ? CAU_ERROR_RESOURCE : CAU_OK;
+    if (!a->command) {
+        fputs(arguments_help(), stderr);
+        return CAU_ERROR_USAGE;
+    }
+    cau_merge *merge = NULL;
+    if (cau_merge_create(&merge) != CAU_OK) return say(CAU_ERROR_RESOURCE, "out of memory");
+    a->options.notice = print_notice;
+    a->options.cancelled = signal_came;
+    a->options.user = a;
+    cau_result result = run_command(merge, a);
+    cau_merge_destroy(&merge);
+    return result;
+}
+
+int main(int argc, char **argv) {
+    block_signals();
+    Arguments arguments;
+    CauError err = {0};
+    cau_result result = arguments_parse(&arguments, argc, argv, &err);
+    if (result == CAU_OK)
+        result = run(&arguments);
+    else
+        say(result, err.text);
+    arguments_free(&arguments);
+    if (fflush(stdout) != 0 && result == CAU_OK) {
+        fprintf(stderr, "caustic-merge: cannot write to standard output: %s\n", strerror(errno));
+        result = CAU_ERROR_RESOURCE;
+    }
+    return cau_exit_code(result);
+}

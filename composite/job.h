@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  What the stages of one `add` pass on: open -> match -> gain -> add -> write. A stage fills its own fields
+ * and reads those above it. */
+#ifndef COMPOSITE_JOB_H
+#define COMPOSITE_JOB_H
+
+#include "bridge/colour.h"
+#include "caustics/composite.h"
+#include "image/colour_tag.h"
+#include "image/exr_layers.h"
+#include "image/exr_reader.h"
+#include "image/layer_names.h"
+
+/** One open file and what is in it. */
+typedef struct Picture {
+    ExrReader *reader;
+    const ExrHeader *header; /**< the reader's */
+    ExrLayers layers;
+} Picture;
+
+/** What the user asked of one layer, or of both layers of a light. */
+typedef struct Setting {
+    double gain, ev, tint[3];
+    bool mute, solo;
+} Setting;
+
+/** The layers of one light; -1 where it has none, else an index into the caustics' layers. */
+typedef struct Light {
+    char *name; /**< original */
+    char *base; /**< "caustics_key" */
+    int radiance, indirect, irradiance, seen;
+    Setting both, indirect_only;
+} Light;
+
+typedef struct Lights {
+    Light *lights;
+    size_t count, capacity;
+} Lights;
+
+/** A layer that is added: target += [albedo x] matrix x layer. */
+typedef struct Term {
+    int layer;         /**< in the caustics' layers */
+    bool times_albedo; /**< and divided by pi, which is in the matrix already */
+    bool diagonal;     /**< only the diagonal of the matrix counts: no colour conversion */
+    double matrix[9];
+} Term;
+
+typedef struct Job {
+    const cau_merge_options *options;
+    CauError *err;
+
+    /* open */
+    Picture beauty, caustics;
+    Colour *colour;
+
+    /* match */
+    const ExrLayer *target;
+    const ExrLayer *albedo; /**< NULL without --albedo */
+    Lights lights;
+    const char *beauty_space, *caustics_space, *tint_space; /**< the configuration's names */
+    ColourTagSource beauty_tag;                             /**< COLOUR_TAG_NONE: the user said it */
+    int32_t shift_x, shift_y;                               /**< caustics pixel = beauty pixel + shift */
+    bool incomplete;                                        /**< the caustics are, and it was allowed */
+    ColourView
+        *view; /**< of the preview, opened early so that a wrong name fails before anything is written */
+
+    /* gain */
+    Term *terms;
+    size_t term_count;
+
+    /* add */
+    void *result[3]; /**< the target's new channels, whole data window, stored type */
+    uint64_t repaired, clamped;
+} Job;
+
+cau_result job_open(Job *job);
+cau_result job_match(Job *job);
+cau_result job_gain(Job *job);
+cau_result job_add(Job *job);
+cau_result job_write(Job *job);
+/** open -> preview: shows one layer of the beauty. */
+cau_result job_preview(Job *job);
+void job_close(Job *job);
+
+/** Tells the user something that is no error. */
+void job_notice(const Job *job, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/** CAU_ERROR_CANCELLED once the user has asked to stop. */
+cau_result job_poll(const Job *job);
+
+cau_result picture_open(Picture *out, const char *path, CauError *err);
+void picture_close(Picture *picture);
+/** The layer `wanted` names (whole name, or the part after the last dot), with R, G and B. */
+cau_result picture_find_layer(
+    const ExrLayer **out, const Picture *picture, const char *wanted, const char *option, CauError *err);
+/** The layer to add to, or to show, when none is named: Combined, else plain R,G,B. */
+cau_result picture_default_layer(
+    const ExrLayer **out, const Picture *picture, const char *option, CauError *err);
+/** Refuses what cannot be read: deep or sub-sampled parts. */
+cau_result picture_check_readable(const Picture *picture, CauError *err);
+
+/** Finds the light layers by the header's list, or by their names. */
+cau_result lights_find(Lights *out, const Picture *caustics, CauError *err);
+void lights_free(Lights *lights);
+/** The light a user's `name` means; *indirect_only when it is the name of an indirect layer. */
+cau_result lights_match(
+    Light **out, bool *indirect_only, const Lights *lights, const char *name, CauError *err);
+
+/** The space of a picture: `said`, or what its header says of `part`. Must be linear. */
+cau_result space_find(const char **out, ColourTagSource *source, const Job *job, const Picture *picture,
+    size_t part, const char *said, const char *option);
+/** A space the user named, which must be linear. */
+cau_result space_named(const char **out, const Job *job, const char *name, const char *option);
+/** The interchange name of a space, or NULL. */
+const char *space_id(const Colour *colour, const char *space);
+
+/** Applies a recipe file to the lights. */
+cau_result recipe_apply(Lights *lights, const char *path, CauError *err);
+/** Applies one entry. */
+cau_result setting_apply(Lights *lights, const cau_merge_light *entry, CauError *err);
+/** JSON record of what was done, for the output's header; to be freed. NULL when out of memory. */
+char *recipe_record(const Job *job);
+
+/** Opens the preview's view. */
+cau_result preview_open(Job *job);
+/** Writes float RGB of the beauty's space as a PNG. The pixels are changed. */
+cau_result preview_write(const Job *job, float *rgb, size_t width, size_t height);
+
+#endif

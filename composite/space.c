@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* In which colour space a picture is, and whether light may be added there. */
+#include "composite/job.h"
+
+#include "core/checked.h"
+#include "core/nearest.h"
+
+#include <stdio.h>
+#include <strings.h>
+
+static bool ends_with(const char *text, const char *end) {
+    size_t n = strlen(text), m = strlen(end);
+    return n >= m && strcasecmp(text + n - m, end) == 0;
+}
+
+static cau_result not_linear(
+    const Job *job, const char *file, const char *space, ColourKind kind, const char *option) {
+    const char *of = file ? file : option;
+    if (kind == COLOUR_DISPLAY)
+        return error_set(job->err, CAU_ERROR_INPUT,
+            "\"%s\" is display-referred (%s): light can only be added before the view; save the picture "
+            "scene-linear, "
+            "as OpenEXR without a view, or name its true space with %s",
+            of, space, option);
+    if (kind == COLOUR_DATA)
+        return error_set(job->err, CAU_ERROR_INPUT,
+            "\"%s\" is tagged as data (%s), not as a picture: name its linear colour space with %s", of,
+            space, option);
+    return error_set(job->err, CAU_ERROR_INPUT,
+        "\"%s\" is in \"%s\", which is not scene-linear: light cannot be added to encoded values; save the "
+        "picture "
+        "scene-linear, or name its true space with %s",
+        of, space, option);
+}
+
+static cau_result unknown_space(const Job *job, const char *file, const char *name, const char *option) {
+    if (ends_with(name, "_display")) return not_linear(job, file, name, COLOUR_DISPLAY, option);
+    size_t count = colour_name_count(job->colour), used = 0;
+    const char **names = array_new(count, sizeof *names);
+    char text[400] = "";
+    for (size_t i = 0; names && i < count; i++) {
+        names[i] = colour_name_at(job->colour, i);
+        if (used + strlen(names[i]) + 8 < sizeof text)
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s%s", i ? ", " : "", names[i]);
+    }
+    int nearest = names ? nearest_name(name, names, count) : -1;
+    error_set(job->err, CAU_ERROR_INPUT,
+        "%s%s%s: %s has no colour space \"%s\"; did you mean \"%s\"? It has: %s", file ? "\"" : "",
+        file ? file : option, file ? "\"" : "", colour_origin(job->colour), name,
+        nearest >= 0 ? names[nearest] : "", text);
+    free(names);
+    return CAU_ERROR_INPUT;
+}
+
+static cau_result check_linear(
+    const char **out, const Job *job, const char *file, const char *space, const char *option) {
+    ColourKind kind = colour_kind(job->colour, space);
+    if (kind != COLOUR_LINEAR) return not_linear(job, file, space, kind, option);
+    *out = space;
+    return CAU_OK;
+}
+
+cau_result space_named(const char **out, const Job *job, const char *name, const char *option) {
+    const char *space = colour_resolve(job->colour, name);
+    if (!space) return unknown_space(job, NULL, name, option);
+    return check_linear(out, job, NULL, space, option);
+}
+
+/* Configurations differ in what they call a space. */
+static const char *resolve_id(const Colour *colour, const char *id) {
+    const char *space = colour_resolve(colour, id), *other;
+    for (size_t i = 0; !space && i < colour_id_count(); i++)
+        if (strcmp(colour_id_at(i), id) == 0)
+            for (size_t k = 0; !space && (other = colour_id_other_name(i, k)); k++)
+                space = colour_resolve(colour, other);
+    return space;
+}
+
+cau_result space_find(const char **out, ColourTagSource *source, const Job *job, const Picture *picture,
+    size_t part, const char *said, const char *option) {
+    const char *file = exr_reader_path(picture->reader);
+    *source = COLOUR_TAG_NONE;
+    if (said) return space_named(out, job, said, option);
+    ColourTag tag;
+    colour_tag_read(&tag, picture->header, part);
+    if (tag.source == COLOUR_TAG_NONE)
+        return error_set(job->err, CAU_ERROR_INPUT,
+            "\"%s\" %s: name its colour space with %s, for example %s \"Linear Rec.709\"", file,
+            tag.unknown_chromaticities ? "has the chromaticities of no known colour space"
+                                       : "does not say in which colour space it is",
+            option, option);
+    const char *space = resolve_id(job->colour, tag.id);
+    if (!space) return unknown_space(job, file, tag.id, option);
+    if (tag.source == COLOUR_TAG_BLENDER)
+        job_notice(job,
+            "\"%s\" does not say its colour space; it was written by Blender, so it is taken as \"%s\" "
+            "(%s overrides)",
+            file, space, option);
+    *source = tag.source;
+    return check_linear(out, job, file, space, option);
+}
+
+static bool is_name_of(size_t id, const char *name) {
+    if (strcasecmp(colour_id_at(id), name) == 0) return true;
+    const char *other;
+    for (size_t k = 0; (other = colour_id_other_name(id, k)); k++)
+        if (strcasecmp(other, name) == 0) return true;
+    return false;
+}
+
+const char *space_id(const Colour *colour, const char *space) {
+    const char *alias;
+    for (size_t i = 0; i < colour_id_count(); i++) {
+        if (is_name_of(i, space)) return colour_id_at(i);
+        for (size_t k = 0; (alias = colour_alias_at(colour, space, k)); k++)
+            if (is_name_of(i, alias)) return colour_id_at(i);
+    }
+    return NULL;
+}
