@@ -48,4 +48,29 @@ enum { SOBOL_DIMENSIONS = 4 };
  *  the points is scrambled too, so that sequences of different keys are independent. */
 double sobol_owen(uint32_t index, unsigned dimension, uint64_t key);
 
+/** Numbers for the scatterings of a path: the first few get a scrambled sequence each (independent scrambles
+ * of the same points, "padding"), later ones are plain random. */
+typedef struct PathNumbers {
+    Rng rng;
+    uint64_t key;
+    uint32_t index;
+    unsigned depth, dimension;
+} PathNumbers;
+
+enum { PATH_SOBOL_DEPTH = 6 };
+
+/** `index` is the path's number in the sequence that `key` names. */
+static inline PathNumbers path_numbers(uint64_t key, uint32_t index) {
+    return (PathNumbers){rng_make(rng_combine(key, index)), key, index, 0, 0};
+}
+/** Moves to the next scattering. */
+static inline void path_numbers_next(PathNumbers *n) {
+    n->depth++;
+    n->dimension = 0;
+}
+static inline double path_number(PathNumbers *n) {
+    if (n->depth >= PATH_SOBOL_DEPTH || n->dimension >= SOBOL_DIMENSIONS) return rng_next(&n->rng);
+    return sobol_owen(n->index, n->dimension++, n->key + 0x9e3779b97f4a7c15u * (n->depth + 1));
+}
+
 #endif

@@ -32,6 +32,8 @@ static bool walk_layers(const cau_render *r, size_t wanted, LayerSource *out, si
         }                                                                                                    \
     } while (0)
     if (r->options.layers & CAU_WANT_BEAUTY) ADD({"beauty", CAU_LAYER_BEAUTY, 0}, &r->beauty, NULL, false);
+    if ((r->options.layers & CAU_WANT_BEAUTY) && (r->options.layers & CAU_WANT_ERROR))
+        ADD({"beauty", CAU_LAYER_BEAUTY_ERROR, 0}, &r->beauty, NULL, true);
     bool caustics = render_wants_caustics(r);
     for (size_t i = 0; caustics && i < r->group_count; i++) {
         const RenderGroup *g = &r->groups[i];

@@ -80,13 +80,13 @@ CAU_API void cau_render_size(const cau_render *render, int *width, int *height);
 /** The rendered region: x0, y0, x1, y1 in pixels, exclusive ends. */
 CAU_API void cau_render_region(const cau_render *render, int out[4]);
 
-/** The kind of the extra layer that CAU_WANT_BEAUTY asks for; it is not part of any caustics file. */
-enum { CAU_LAYER_BEAUTY = 100 };
+/** The kinds of the extra layers that CAU_WANT_BEAUTY asks for; they are not part of any caustics file. */
+enum { CAU_LAYER_BEAUTY = 100, CAU_LAYER_BEAUTY_ERROR = 101 };
 
 /** One layer of the result. */
 typedef struct cau_layer {
     const char *light; /**< the light's or group's name as in the scene */
-    int kind;          /**< a cau_layer_kind, or CAU_LAYER_BEAUTY */
+    int kind;          /**< a cau_layer_kind, or CAU_LAYER_BEAUTY... */
     int indirect;      /**< 1: belongs to the indirect layer (its error) */
 } cau_layer;
 CAU_API size_t cau_render_layer_count(const cau_render *render);

@@ -13,8 +13,7 @@ typedef struct RefWalk {
     const ReferenceRun *run;
     const ReferenceImages *out;
     size_t pixel;
-    uint64_t key;
-    Rng rng;
+    PathNumbers numbers;
     Ray ray;
     V3 from;          /* where the ray was scattered last: lights are seen from there */
     double travelled; /* from `from` to the start of the ray (straight through transparents) */
@@ -56,7 +55,7 @@ static void connect(RefWalk *w, const Hit *hit, const ShadingFrame *f, V3 wi, un
     for (size_t i = 0; i < scene->light_count; i++) {
         const Light *l = &scene->lights[i];
         LightSample s;
-        double u = rng_next(&w->rng), v = rng_next(&w->rng), pdf = 0;
+        double u = path_number(&w->numbers), v = path_number(&w->numbers), pdf = 0;
         if (!l->kind->sample(l, hit->position, u, v, &s) || !(s.pdf > 0)) continue;
         Rgb scatter = m->kind->eval(m, f, wi, s.dir, lobe, &pdf);
         if (rgb_black(scatter)) continue;
@@ -75,9 +74,10 @@ static void connect(RefWalk *w, const Hit *hit, const ShadingFrame *f, V3 wi, un
 
 static bool go_on(RefWalk *w, const Hit *hit, const ShadingFrame *f, V3 wi, unsigned lobes, double choice) {
     const Material *m = hit->material;
-    double u[3] = {rng_next(&w->rng), rng_next(&w->rng), rng_next(&w->rng)};
-    if (w->depth == 0)
-        for (unsigned d = 0; d < 2; d++) u[d] = sobol_owen(w->run->pass, 2 + d, w->key);
+    double u[3];
+    path_numbers_next(&w->numbers); /* a sequence for the connections, another for the direction */
+    for (int k = 2; k >= 0; k--) u[k] = path_number(&w->numbers);
+    path_numbers_next(&w->numbers);
     ScatterSample s;
     if (!lobes || !m->kind->sample(m, f, wi, u, lobes, false, &s)) return false;
     w->throughput = rgb_scale(rgb_mul(w->throughput, s.weight), 1 / choice);
@@ -109,7 +109,7 @@ static bool ref_surface(RefWalk *w, const Hit *hit) {
     double choice = casting && diffuse ? 0.5 : 1;
     if (diffuse) connect(w, hit, &f, wi, LOBE_DIFFUSE, choice);
     if (lobes & LOBE_GLOSSY) connect(w, hit, &f, wi, LOBE_GLOSSY, choice);
-    if (casting && diffuse) lobes = rng_next(&w->rng) < 0.5 ? casting : diffuse;
+    if (casting && diffuse) lobes = rng_next(&w->numbers.rng) < 0.5 ? casting : diffuse;
     return go_on(w, hit, &f, wi, lobes, choice);
 }
 
@@ -117,7 +117,7 @@ static bool ref_roulette(RefWalk *w) {
     if (w->depth < REFERENCE_ROULETTE_DEPTH) return true;
     double keep = rgb_max(w->throughput) / REFERENCE_ROULETTE_THROUGHPUT;
     if (keep >= 1) return true;
-    if (rng_next(&w->rng) >= keep) return false;
+    if (rng_next(&w->numbers.rng) >= keep) return false;
     w->throughput = rgb_scale(w->throughput, 1 / keep);
     return true;
 }
@@ -129,8 +129,7 @@ static void ref_pixel(const ReferenceRun *run, const ReferenceImages *out, int x
     RefWalk w = {.run = run,
         .out = out,
         .pixel = pixel,
-        .key = key,
-        .rng = rng_make(rng_combine(key, run->pass)),
+        .numbers = path_numbers(key, run->pass),
         .throughput = rgb_grey(1)};
     double fx = filter_sample(run->filter, sobol_owen(run->pass, 0, key));
     double fy = filter_sample(run->filter, sobol_owen(run->pass, 1, key));

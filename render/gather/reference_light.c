@@ -24,7 +24,7 @@ typedef struct SplatBatch {
 typedef struct LightWalk {
     const ReferenceRun *run;
     SplatBatch *batch;
-    Rng rng;
+    PathNumbers numbers;
     Ray ray;
     Rgb flux; /* shading corrections and Cycles' index factor included */
     double emitted;
@@ -99,7 +99,9 @@ static bool light_surface(LightWalk *w, const Hit *hit, int depth) {
         if ((lobes & LOBE_GLOSSY) && (w->left_visible & VISIBLE_GLOSSY)) connect_camera(w, hit, LOBE_GLOSSY);
     }
     if (!o->casts) lobes &= ~(unsigned)LOBE_CASTING;
-    double u[3] = {rng_next(&w->rng), rng_next(&w->rng), rng_next(&w->rng)};
+    double u[3];
+    for (int k = 2; k >= 0; k--) u[k] = path_number(&w->numbers);
+    path_numbers_next(&w->numbers);
     ScatterSample s;
     if (!lobes || !hit->material->kind->sample(hit->material, &f, wi, u, lobes, true, &s)) return false;
     w->flux = rgb_mul(w->flux, s.weight);
@@ -117,7 +119,7 @@ static bool light_surface(LightWalk *w, const Hit *hit, int depth) {
     w->ray = ray_from_hit(hit, s.wo, INFINITY, seen_by);
     double keep = rgb_max(w->flux) / (w->emitted * LIGHT_ROULETTE_SHARE);
     if (depth < LIGHT_ROULETTE_DEPTH || keep >= 1) return true;
-    if (rng_next(&w->rng) >= keep) return false;
+    if (rng_next(&w->numbers.rng) >= keep) return false;
     w->flux = rgb_scale(w->flux, 1 / keep);
     return true;
 }
@@ -141,7 +143,7 @@ static void light_batch(void *data, size_t index, unsigned thread) {
         if (!emit_photon(job->light, run->casters, i, job->key, &p) || !rgb_finite(p.flux)) continue;
         LightWalk w = {.run = run,
             .batch = &job->batches[index],
-            .rng = rng_make(rng_combine(job->key, i)),
+            .numbers = path_numbers(job->key, i),
             .flux = rgb_scale(p.flux, 1.0 / run->light_paths),
             .emitted = rgb_max(p.flux) / run->light_paths,
             .left_visible = 31u,

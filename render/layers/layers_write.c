@@ -74,20 +74,21 @@ static float *picture_new(const Out *o) {
 
 static cau_result add_layer(Out *o, size_t index) {
     cau_layer l = cau_render_layer(o->render, index);
-    bool beauty = l.kind == CAU_LAYER_BEAUTY;
+    bool beauty = l.kind >= CAU_LAYER_BEAUTY;
     float *pixels = o->pixels[index + 1] = picture_new(o);
     if (!pixels) return error_set(o->err, CAU_ERROR_RESOURCE, "out of memory for layer \"%s\"", l.light);
     CAU_TRY(cau_render_pixels(o->render, index, pixels));
     crop(o, pixels);
     char *name = o->names[index + 1];
     if (beauty)
-        snprintf(name, LAYER_NAME_BYTES, "beauty");
+        snprintf(name, LAYER_NAME_BYTES, l.kind == CAU_LAYER_BEAUTY ? "beauty" : "beauty" CAU_SUFFIX_ERROR);
     else
         snprintf(name, LAYER_NAME_BYTES, "%s%s", o->bases[light_index(o, l.light)].name, suffix_of(&l));
     o->layers[index + 1] = (ExrLayerData){name, "RGB", pixels};
     size_t values = 3 * (size_t)(o->x1 - o->x0 + 1) * (size_t)(o->y1 - o->y0 + 1);
     bool light_layer = l.kind == CAU_LAYER_RADIANCE || l.kind == CAU_LAYER_INDIRECT;
-    for (size_t v = 0; (light_layer || beauty) && v < values; v++) o->pixels[0][v] += pixels[v];
+    for (size_t v = 0; (light_layer || l.kind == CAU_LAYER_BEAUTY) && v < values; v++)
+        o->pixels[0][v] += pixels[v];
     return beauty ? CAU_OK : layer_list_add(&o->list, name, l.light, (cau_layer_kind)l.kind, o->err);
 }
 

@@ -13,8 +13,7 @@ typedef struct EyeWalk {
     const EyeRun *run;
     struct EyeRow *row;
     uint32_t pixel;
-    uint64_t key;
-    Rng rng;
+    PathNumbers numbers;
     Ray ray;
     Rgb throughput;
     Chain chain;
@@ -36,7 +35,7 @@ static void add_point(EyeWalk *w, const Hit *hit, const ShadingFrame *frame, V3 
         .ng = {(float)frame->ng.x, (float)frame->ng.y, (float)frame->ng.z},
         .weight = {(float)weight.r, (float)weight.g, (float)weight.b},
         .size = (float)(camera_pixel_size(camera, w->distance) / sqrt(cosine)),
-        .turn = (float)rng_next(&w->rng),
+        .turn = (float)rng_next(&w->numbers.rng),
         .pixel = w->pixel,
         .object = hit->object,
         .primitive = hit->primitive,
@@ -45,17 +44,8 @@ static void add_point(EyeWalk *w, const Hit *hit, const ShadingFrame *frame, V3 
         .straight = w->straight};
 }
 
-static void numbers(EyeWalk *w, int depth, double u[3]) {
-    u[0] = rng_next(&w->rng);
-    u[1] = rng_next(&w->rng);
-    u[2] = rng_next(&w->rng);
-    if (depth > 0) return; /* the first scattering gets the pixel's own sequence */
-    u[0] = sobol_owen(w->run->pass, 2, w->key);
-    u[1] = sobol_owen(w->run->pass, 3, w->key);
-}
-
 /* One surface; false ends the walk. */
-static bool eye_surface(EyeWalk *w, const Hit *hit, int depth) {
+static bool eye_surface(EyeWalk *w, const Hit *hit) {
     V3 wi = v3_neg(w->ray.dir);
     ShadingFrame frame = frame_from_hit(hit, wi);
     const Material *m = hit->material;
@@ -67,7 +57,8 @@ static bool eye_surface(EyeWalk *w, const Hit *hit, int depth) {
     unsigned lobes = m->lobes & (LOBE_CASTING | LOBE_TRANSPARENT);
     double u[3];
     ScatterSample s;
-    numbers(w, depth, u);
+    for (int k = 2; k >= 0; k--)
+        u[k] = path_number(&w->numbers); /* the choice of lobe gets the best dimension */
     if (!lobes || !m->kind->sample(m, &frame, wi, u, lobes, false, &s)) return false;
     w->throughput = rgb_mul(w->throughput, s.weight);
     if (!rgb_finite(w->throughput) || rgb_black(w->throughput)) return false;
@@ -86,7 +77,7 @@ static bool eye_surface(EyeWalk *w, const Hit *hit, int depth) {
 static bool eye_roulette(EyeWalk *w, int depth) {
     double keep = rgb_max(w->throughput) / EYE_ROULETTE_THROUGHPUT;
     if (keep >= 1 || (depth < EYE_ROULETTE_DEPTH && keep > 0.5)) return true;
-    if (rng_next(&w->rng) >= keep) return false;
+    if (rng_next(&w->numbers.rng) >= keep) return false;
     w->throughput = rgb_scale(w->throughput, 1 / keep);
     return true;
 }
@@ -97,8 +88,7 @@ static void walk_pixel(const EyeRun *run, struct EyeRow *row, int x, int y) {
     EyeWalk w = {.run = run,
         .row = row,
         .pixel = pixel,
-        .key = key,
-        .rng = rng_make(rng_combine(key, run->pass)),
+        .numbers = path_numbers(key, run->pass),
         .throughput = rgb_grey(1),
         .straight = true};
     double fx = filter_sample(run->filter, sobol_owen(run->pass, 0, key));
@@ -108,7 +98,8 @@ static void walk_pixel(const EyeRun *run, struct EyeRow *row, int x, int y) {
         Hit hit;
         if (!trace_nearest(run->trace, &w.ray, &hit)) return;
         w.distance += hit.t;
-        if (!eye_surface(&w, &hit, depth) || !eye_roulette(&w, depth)) return;
+        if (!eye_surface(&w, &hit) || !eye_roulette(&w, depth)) return;
+        path_numbers_next(&w.numbers);
     }
 }
 

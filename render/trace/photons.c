@@ -19,7 +19,7 @@ typedef struct PhotonBatch {
 typedef struct Flight {
     const PhotonRun *run;
     PhotonBatch *batch;
-    Rng rng;
+    PathNumbers numbers;
     Ray ray;
     Rgb flux;              /* uncorrected */
     double emitted;        /* largest channel when it left the lamp */
@@ -133,7 +133,7 @@ static void advance(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi,
 static bool roulette(Flight *f, double keep) {
     FluxAccount *a = &f->batch->account;
     if (keep >= 1) return true;
-    if (rng_next(&f->rng) >= keep) {
+    if (rng_next(&f->numbers.rng) >= keep) {
         tally(&a->dropped, f->flux);
         return false;
     }
@@ -146,7 +146,8 @@ static bool roulette(Flight *f, double keep) {
 static bool scatter(
     Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, unsigned lobes, ScatterSample *s) {
     double u[3];
-    for (int i = 0; i < 3; i++) u[i] = rng_next(&f->rng);
+    for (int k = 2; k >= 0; k--) u[k] = path_number(&f->numbers);
+    path_numbers_next(&f->numbers);
     if (!lobes || !hit->material->kind->sample(hit->material, frame, wi, u, lobes, true, s)) return false;
     bool seen = s->lobe == LOBE_TRANSPARENT || (f->left_visible & visibility_after(s->lobe, s->transmit));
     return seen && rgb_finite(s->weight);
@@ -213,7 +214,7 @@ static void trace_batch(void *data, size_t index, unsigned thread) {
         tally(&b->account.emitted, p.flux);
         Flight f = {.run = run,
             .batch = b,
-            .rng = rng_make(rng_combine(run->key, i)),
+            .numbers = path_numbers(run->key, i),
             .flux = p.flux,
             .emitted = rgb_max(p.flux),
             .correction = 1,
