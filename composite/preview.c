@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures for looking at: through the configuration's display and view to 8 bits. */
-#include "bridge/picture.h"
 #include "composite/band.h"
 #include "composite/job.h"
+#include "composite/png.h"
 #include "core/checked.h"
 #include "core/file_atomic.h"
 
@@ -18,7 +18,7 @@ static cau_result write_png(const char *path, const float *rgb, size_t width, si
     FileAtomic file;
     cau_result result = file_atomic_begin(&file, path, err);
     if (result == CAU_OK) {
-        result = picture_write_png(file.temp_path, path, bytes, width, height, err);
+        result = png_write(file.temp_path, path, bytes, width, height, err);
         if (result == CAU_OK)
             result = file_atomic_commit(&file, err);
         else
