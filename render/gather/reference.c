@@ -41,7 +41,8 @@ static void meet_lights(RefWalk *w, double t_hit) {
         if (l->delta || !l->kind->hit) continue;
         if (!w->scattered && strcmp(l->kind->name, "world") != 0) continue;
         LightSample s;
-        if (!l->kind->hit(l, w->from, w->ray.dir, &s) || s.distance >= w->travelled + t_hit) continue;
+        if (!l->kind->hit(l, w->from, w->ray.dir, &s)) continue;
+        if (isfinite(t_hit) && s.distance >= w->travelled + t_hit) continue;
         double weight = w->density > 0 ? w->density / (w->density + s.pdf) : 1;
         contribute(w, &w->chain, i, rgb_scale(rgb_mul(w->throughput, s.value), weight));
     }
