@@ -8,13 +8,13 @@ cd "$(dirname "$0")"
 for n in "$@"; do
   spp=2048 seeds=8 extra= scene=$n
   case $n in
-    a_ball_sun5) spp=2048 seeds=16 ;;
-    b_ring) spp=4096 seeds=16 ;;
-    d_wineglass) spp=2048 seeds=16 extra=--groups ;;
-    plastic_room) spp=1024 seeds=16 ;;
-    plastic_room_principled) spp=1024 seeds=16 extra="--plastic principled" scene=plastic_room ;;
-    pool) spp=1024 seeds=16 extra=--groups ;;
-    aquarium) spp=1024 seeds=16 ;;
+    a_ball_sun5) spp=2048 seeds=22 ;;
+    b_ring) spp=4096 seeds=20 extra="--off-seeds 4" ;;
+    d_wineglass) spp=2048 seeds=36 extra=--groups ;;
+    plastic_room) spp=1024 seeds=8 ;;
+    plastic_room_principled) spp=1024 seeds=8 extra="--plastic principled" scene=plastic_room ;;
+    pool) spp=1024 seeds=14 ;;
+    aquarium) spp=1024 seeds=8 ;;
   esac
   # shellcheck disable=SC2086
   "${PYTHON:-/usr/bin/python3}" reference.py "../../scenes/$scene.json" --mode diff -o "reference/$n" --spp $spp \

@@ -96,6 +96,7 @@ def main():
     p.add_argument("-o", "--out", required=True, help="DIR/NAME, without .exr")
     p.add_argument("--spp", type=int, default=1024)
     p.add_argument("--seeds", type=int, default=8)
+    p.add_argument("--off-seeds", type=int, help="fewer beauties without caustics, used in turn, where those hardly have noise")
     p.add_argument("--res", default="96x54")
     p.add_argument("--groups", action="store_true")
     p.add_argument("--plastic", choices=("match", "principled"), default="match")
@@ -110,15 +111,19 @@ def main():
     seconds, version, off, on = {"off": 0.0, "on": 0.0}, "?", {}, {}
     for seed in range(a.seeds):
         for mode, store in (("off", off),) + ((("on", on),) if a.mode == "diff" else ()):
+            if mode == "off" and a.off_seeds and seed >= a.off_seeds:
+                continue
             path, s, version = render(a, seed, mode, work)
             seconds[mode] += s
             for g, im in read(path).items():
+                if g and not a.groups:
+                    continue
                 store.setdefault(g, []).append(im)
 
     rows = []
     for g in off:
         o = np.stack(off[g])
-        x = np.stack(on[g]) - o if a.mode == "diff" else o
+        x = np.stack([im - o[i % len(o)] for i, im in enumerate(on[g])]) if a.mode == "diff" else o
         k = len(x)
         mean, se = x.mean(0), x.std(0, ddof=1) / np.sqrt(k)
         total = float(mean.mean())
