@@ -8,7 +8,6 @@
 #include <cmocka.h>
 
 #include "caustics/scene_file.h"
-#include "core/file_atomic.h"
 #include "render/scene/scene.h"
 
 #include <dirent.h>
@@ -27,7 +26,10 @@ static const char *in_folder(const char *name) {
 }
 
 static void write_file(const char *name, const void *data, size_t size) {
-    assert_int_equal(file_write_atomic(in_folder(name), data, size, NULL), CAU_OK);
+    FILE *file = fopen(in_folder(name), "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(data, 1, size, file), size);
+    assert_int_equal(fclose(file), 0);
 }
 
 static void write_text(const char *name, const char *text) { write_file(name, text, strlen(text)); }
@@ -233,7 +235,7 @@ static void files_that_are_none(void **state) {
     free(deep);
     static const char good[] =
         HEAD MATERIALS ",\"objects\":[" BALL "],\"lights\":[{\"name\":\"Key\",\"type\":\"sun\","
-                       "\"strength\":3,\"look\":{\"from\":[0,0,1],\"to\":[0,0,0]}}]}";
+                       "\"strength\":3,\"angle_deg\":0,\"look\":{\"from\":[0,0,1],\"to\":[0,0,0]}}]}";
     for (size_t n = 0; n < sizeof good; n++) {
         write_file("bad.json", good, n);
         assert_int_equal(load(in_folder("bad.json"), text), n + 1 == sizeof good ? CAU_OK : CAU_ERROR_INPUT);
@@ -318,6 +320,55 @@ static void mesh_files_are_read(void **state) {
     check_cube("cube.obj", 8);
 }
 
+/* Doubles keep their digits, big-endian is read, properties come in any order, faces in any size. */
+static void ply_in_all_its_forms(void **state) {
+    (void)state;
+    static const char text[] =
+        "ply\r\nformat ascii 1.0\r\ncomment an L, in doubles\r\nelement vertex 6\r\nproperty uchar red\r\n"
+        "property double z\r\nproperty double y\r\nproperty double x\r\nelement face 1\r\nproperty list "
+        "uint8 int32 "
+        "vertex_index\r\nproperty float q\r\nelement edge 1\r\nproperty int a\r\nend_header\r\n"
+        "9 0 0 0\r\n9 0 0 2\r\n9 0 1 2\r\n9 0 1 1\r\n9 0 2 1\r\n9 0 2 0.1000000000000001\r\n6 0 1 2 3 4 5 "
+        "1.5\r\n7\r\n";
+    static const char head[] =
+        "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+        "short z\nproperty list uchar char skip\nelement face 1\nproperty list ushort uchar "
+        "vertex_indices\nend_header\n";
+    static const unsigned char body[] = {0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xfe, 2, 5, 5, 0x3f, 0x80, 0, 0, 0, 0,
+        0, 0, 0, 0, 0, 0, 0, 0, 0, 0x3f, 0x80, 0, 0, 0, 0, 0, 0, 3, 0, 1, 2};
+    char big[512];
+    memcpy(big, head, sizeof head - 1);
+    memcpy(big + sizeof head - 1, body, sizeof body);
+    write_text("l.ply", text);
+    write_file("big.ply", big, sizeof head - 1 + sizeof body);
+    cau_context *context;
+    cau_scene *scene;
+    Scene s = load_object("l.ply", &context, &scene);
+    const Mesh *m = &scene->objects[0].mesh;
+    assert_int_equal(m->triangle_count, 4);
+    assert_true(m->positions[15] == 0.1000000000000001 && !scene->objects[0].mesh_from_floats);
+    double area = 0;
+    for (size_t t = 0; t < 4; t++) {
+        const double *a = &m->positions[3 * m->triangles[3 * t]],
+                     *b = &m->positions[3 * m->triangles[3 * t + 1]],
+                     *c = &m->positions[3 * m->triangles[3 * t + 2]];
+        double twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        assert_true(twice > 0); /* no triangle lies across the notch */
+        area += 0.5 * twice;
+    }
+    assert_true(fabs(area - 2.9) < 1e-12);
+    scene_free(&s);
+    cau_scene_destroy(&scene);
+    cau_context_destroy(&context);
+    s = load_object("big.ply", &context, &scene);
+    m = &scene->objects[0].mesh;
+    assert_true(
+        m->vertex_count == 3 && m->positions[2] == -2 && m->positions[3] == 1 && m->positions[7] == 1);
+    scene_free(&s);
+    cau_scene_destroy(&scene);
+    cau_context_destroy(&context);
+}
+
 /* A triangle standing in glTF's XY plane, +Y up, facing +Z: it must stand in our XZ plane and face -Y. */
 static void gltf_stands_upright(void **state) {
     (void)state;
@@ -363,6 +414,12 @@ static void damaged_meshes_get_one_sentence(void **state) {
         {"a.ply", PLY_HEAD("8", "6") CUBE_V, "objects[1].file \"a.ply\""},
         {"a.ply", PLY_HEAD("8", "6") "0 0 0\n1 0 0\n", "objects[1].file \"a.ply\""},
         {"a.ply", PLY_HEAD("8", "6") CUBE_V "4 0 3 2 1\n4 4 5 6 7\n", "objects[1].file \"a.ply\""},
+        {"a.ply", PLY_HEAD("8", "-6") CUBE_V CUBE_F, "cannot be read"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 0\nelement vertex 0\nend_header\n", "no x, y and z"},
+        {"a.ply", "ply\nelement vertex 0\nend_header\n", "names no format"},
+        {"a.ply", "ply\nformat ascii 2.0\nend_header\n", "cannot be read"},
+        {"a.ply", "ply\nformat ascii 1.0\nproperty float x\nend_header\n", "cannot be read"},
+        {"a.ply", "ply\nformat ascii 1.0\nend_header\n", "holds no faces"},
         {"a.ply", PLY_HEAD("4000000000", "6") CUBE_V CUBE_F, "more than its"},
         {"a.ply", PLY_HEAD("99999999999999999999999", "6") CUBE_V CUBE_F, "more than its"},
         {"a.ply",
@@ -382,7 +439,7 @@ static void damaged_meshes_get_one_sentence(void **state) {
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         check_bad_mesh(bad[i].name, bad[i].text, strlen(bad[i].text), bad[i].words);
-    check_bad_mesh("a.obj", "v 0 0\0 0\n", 9, "not a text file");
+    check_bad_mesh("a.obj", "v 0 0\0 0\n", 9, "objects[1].file \"a.obj\"");
 }
 
 /* Every cut of a binary PLY is an error. */
@@ -440,7 +497,7 @@ static void api_and_file_agree(void **state) {
     static const char json[] = HEAD MATERIALS
         ",\"bounces\":{\"diffuse\":4},\"world\":{\"color\":[0.5,0.5,0.5],\"strength\":2,\"group\":\"sky\"},"
         "\"objects\":[" BALL ",{\"name\":\"m\",\"material\":\"glass\",\"position\":[1,2,3],\"scale\":2,"
-                             "\"rotation_deg\":[0,0,30],\"smooth\":false,"
+        "\"rotation_deg\":[0,0,30],\"smooth\":false,"
         "\"visible_to\":[\"diffuse\",\"shadow\"],\"visible_to_camera\":false,\"shape\":{\"type\":\"mesh\","
         "\"vertices\":[[0,0,0],"
         "[1,0,0],[0,1,0]],\"triangles\":[[0,1,2]],\"uvs\":[[0,0],[1,0],[0,1]]}}],\"lights\":[{\"name\":"
@@ -549,6 +606,7 @@ int main(void) {
         cmocka_unit_test(files_that_are_none),
         cmocka_unit_test(changed_bytes_do_no_harm),
         cmocka_unit_test(mesh_files_are_read),
+        cmocka_unit_test(ply_in_all_its_forms),
         cmocka_unit_test(gltf_stands_upright),
         cmocka_unit_test(damaged_meshes_get_one_sentence),
         cmocka_unit_test(a_cut_binary_ply_is_noticed),

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Assimp's tree of nodes into one mesh. */
-#include "render/scene/io/mesh_source.h"
+#include "render/scene/io/mesh_collect.h"
 
 #include "core/checked.h"
 #include "core/rng.h"
@@ -37,7 +37,7 @@ static V3 vector_of(const struct aiVector3D *v) { return v3((double)v->x, (doubl
 static cau_result count_faces(Collector *c, const struct aiMesh *mesh) {
     for (unsigned f = 0; f < mesh->mNumFaces; f++) {
         const struct aiFace *face = &mesh->mFaces[f];
-        if (face->mNumIndices < 3 || face->mNumIndices > 4)
+        if (face->mNumIndices < 3)
             return error_set(c->reader->err, CAU_ERROR_INPUT,
                 "%s: face %u has %u corners; points and lines cannot be rendered, or the file is cut off",
                 c->place, f, face->mNumIndices);
@@ -53,30 +53,21 @@ static cau_result count_faces(Collector *c, const struct aiMesh *mesh) {
     return CAU_OK;
 }
 
-static void put_triangle(Collector *c, size_t a, size_t b, size_t d, bool turned) {
-    uint32_t *out = &c->out->indices[3 * c->triangles++];
-    out[0] = (uint32_t)(c->vertices + a);
-    out[1] = (uint32_t)(c->vertices + (turned ? d : b));
-    out[2] = (uint32_t)(c->vertices + (turned ? b : d));
+static cau_result put_face(Collector *c, const struct aiFace *face, bool turned) {
+    size_t n = face->mNumIndices;
+    uint32_t small[4], *corners = n <= 4 ? small : array_new(n, sizeof *corners);
+    uint32_t *out = &c->out->indices[3 * c->triangles];
+    if (!corners)
+        return error_set(c->reader->err, CAU_ERROR_RESOURCE, "%s: out of memory for a face", c->place);
+    for (size_t i = 0; i < n; i++)
+        corners[turned ? n - 1 - i : i] = (uint32_t)(c->vertices + face->mIndices[i]);
+    cau_result result = polygon_triangulate(c->reader, c->place, c->out->positions, corners, n, out);
+    if (corners != small) free(corners);
+    c->triangles += n - 2;
+    return result;
 }
 
-/* As Blender: from corner 0 to 2, unless the quad folds over that diagonal. */
-static void put_face(Collector *c, const struct aiMesh *mesh, const struct aiFace *face, bool turned) {
-    const unsigned *i = face->mIndices;
-    if (face->mNumIndices == 3) {
-        put_triangle(c, i[0], i[1], i[2], turned);
-        return;
-    }
-    V3 p[4];
-    for (int k = 0; k < 4; k++) p[k] = vector_of(&mesh->mVertices[i[k]]);
-    V3 diagonal = v3_sub(p[2], p[0]);
-    V3 one = v3_cross(v3_sub(p[1], p[0]), diagonal), other = v3_cross(v3_sub(p[3], p[0]), diagonal);
-    bool folds = v3_dot(one, other) > 0;
-    put_triangle(c, i[0], i[1], folds ? i[3] : i[2], turned);
-    put_triangle(c, folds ? i[1] : i[0], i[2], i[3], turned);
-}
-
-static void put_mesh(Collector *c, const struct aiMesh *mesh, const Affine *matrix) {
+static cau_result put_mesh(Collector *c, const struct aiMesh *mesh, const Affine *matrix) {
     bool moved = !is_identity(matrix), turned = affine_determinant(matrix) < 0;
     for (size_t i = 0; i < mesh->mNumVertices; i++) {
         V3 p = vector_of(&mesh->mVertices[i]);
@@ -95,9 +86,10 @@ static void put_mesh(Collector *c, const struct aiMesh *mesh, const Affine *matr
         normal[1] = (float)n.y;
         normal[2] = (float)n.z;
     }
-    c->out->moved |= moved;
-    for (unsigned f = 0; f < mesh->mNumFaces; f++) put_face(c, mesh, &mesh->mFaces[f], turned);
+    c->out->doubles |= moved;
+    for (unsigned f = 0; f < mesh->mNumFaces; f++) CAU_TRY(put_face(c, &mesh->mFaces[f], turned));
     c->vertices += mesh->mNumVertices;
+    return CAU_OK;
 }
 
 static cau_result walk(Collector *c, const struct aiNode *node, const Affine *above, int depth) {
@@ -110,10 +102,7 @@ static cau_result walk(Collector *c, const struct aiNode *node, const Affine *ab
             return error_set(c->reader->err, CAU_ERROR_INPUT, "%s: a node uses mesh %u; there are only %u",
                 c->place, node->mMeshes[i], c->scene->mNumMeshes);
         const struct aiMesh *mesh = c->scene->mMeshes[node->mMeshes[i]];
-        if (c->fill)
-            put_mesh(c, mesh, &here);
-        else
-            CAU_TRY(count_faces(c, mesh));
+        CAU_TRY(c->fill ? put_mesh(c, mesh, &here) : count_faces(c, mesh));
         if (c->vertices > UINT32_MAX || c->triangles > UINT32_MAX)
             return error_set(
                 c->reader->err, CAU_ERROR_INPUT, "%s: more than 4294967295 vertices or triangles", c->place);
@@ -130,7 +119,7 @@ cau_result mesh_collect(
     if (!scene->mRootNode) return error_set(r->err, CAU_ERROR_INPUT, "%s: holds no mesh", place);
     CAU_TRY(walk(&c, scene->mRootNode, &as_is, 0));
     if (c.triangles == 0) return error_set(r->err, CAU_ERROR_INPUT, "%s: holds no faces", place);
-    *out = (MeshTriangles){.vertex_count = c.vertices, .triangle_count = c.triangles};
+    *out = (MeshTriangles){.vertex_count = c.vertices, .triangle_count = c.triangles, .split = true};
     out->positions = array_new(c.vertices, 3 * sizeof *out->positions);
     out->normals = c.all_have_normals ? array_new(c.vertices, 3 * sizeof *out->normals) : NULL;
     out->indices = array_new(c.triangles, 3 * sizeof *out->indices);

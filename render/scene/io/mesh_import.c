@@ -1,17 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Assimp with its hands tied: it may open the mesh file, and for glTF the .bin buffers in the scene's folder.
  * Otherwise a material library named in an OBJ could be any file of the machine. */
-#include "render/scene/io/mesh_source.h"
+#include "render/scene/io/mesh_collect.h"
 
 #include "core/checked.h"
 
 #include <assimp/cfileio.h>
 #include <assimp/cimport.h>
-#include <assimp/postprocess.h>
-#include <ctype.h>
 #include <stdio.h>
-
-#define MESH_BYTES_MAX ((size_t)2 << 30)
 
 typedef struct Sandbox {
     Reader *reader;
@@ -94,61 +90,14 @@ static void close_one(struct aiFileIO *io, struct aiFile *file) {
     free(file);
 }
 
-static bool has_large_faces(const struct aiScene *scene) {
-    for (unsigned m = 0; m < scene->mNumMeshes; m++)
-        for (unsigned f = 0; f < scene->mMeshes[m]->mNumFaces; f++)
-            if (scene->mMeshes[m]->mFaces[f].mNumIndices > 4) return true;
-    return false;
-}
-
-/* Triangles and quads we split as Blender does; of larger polygons Assimp knows better. */
-cau_result mesh_import(Reader *r, const char *place, const char *path, const struct aiScene **out) {
+cau_result mesh_import(Reader *r, const char *place, const char *path, bool y_up, MeshTriangles *out) {
     Sandbox sandbox = {r, place, path};
     struct aiFileIO io = {.OpenProc = open_one, .CloseProc = close_one, .UserData = (char *)(void *)&sandbox};
     const struct aiScene *scene = aiImportFileEx(path, 0, &io);
-    if (scene && has_large_faces(scene)) scene = aiApplyPostProcessing(scene, aiProcess_Triangulate);
-    if (!scene) /* an error of reading the file stands already, then this is not recorded */
+    if (!scene) /* where reading the file failed, that error stands already and this one is not recorded */
         return error_set(
             r->err, CAU_ERROR_INPUT, "%s: not a readable mesh file: %.300s", place, aiGetErrorString());
-    *out = scene;
-    return CAU_OK;
-}
-
-/* "element vertex 123" */
-static bool element_count(const char *line, const char *name, size_t *out) {
-    size_t n = strlen(name);
-    if (strncmp(line, "element ", 8) != 0) return false;
-    line += 8 + strspn(line + 8, " ");
-    if (strncmp(line, name, n) != 0 || line[n] != ' ') return false;
-    unsigned long long value = strtoull(line + n, NULL, 10);
-    *out = value > SIZE_MAX ? SIZE_MAX : (size_t)value;
-    return true;
-}
-
-cau_result ply_counts(
-    Reader *r, const char *place, const char *data, size_t size, size_t *vertices, size_t *faces) {
-    char line[256];
-    const char *end = data + size;
-    *vertices = *faces = 0;
-    if (size < 4 || memcmp(data, "ply", 3) != 0 || !isspace((unsigned char)data[3]))
-        return error_set(
-            r->err, CAU_ERROR_INPUT, "%s: not a PLY file: it does not begin with \"ply\"", place);
-    for (const char *at = data; at < end;) {
-        const char *stop = memchr(at, '\n', (size_t)(end - at));
-        size_t length = (size_t)((stop ? stop : end) - at),
-               kept = length < sizeof line ? length : sizeof line - 1;
-        memcpy(line, at, kept);
-        line[kept] = '\0';
-        if (!element_count(line, "vertex", vertices)) element_count(line, "face", faces);
-        if (strncmp(line, "end_header", 10) == 0) {
-            if (*vertices > size || *faces > size)
-                return error_set(r->err, CAU_ERROR_INPUT,
-                    "%s: says it has %zu vertices and %zu faces, more than its %zu bytes can hold", place,
-                    *vertices, *faces, size);
-            return CAU_OK;
-        }
-        if (!stop) break;
-        at = stop + 1;
-    }
-    return error_set(r->err, CAU_ERROR_INPUT, "%s: its PLY header does not end; the file is cut off", place);
+    cau_result result = mesh_collect(r, place, scene, y_up, out);
+    aiReleaseImport(scene);
+    return result;
 }

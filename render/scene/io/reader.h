@@ -9,6 +9,7 @@
 #include "core/error.h"
 
 #include <jansson.h>
+#include <locale.h>
 
 enum { READER_PLACE_MAX = 512 };
 
@@ -16,8 +17,9 @@ typedef struct Reader {
     cau_context *context;
     cau_scene *scene;
     CauError *err;
-    const char *path; /**< as the caller gave it */
-    char *folder;     /**< real path of the folder that files must stay in */
+    const char *path;  /**< as the caller gave it */
+    locale_t c_locale; /**< a host may have set one with decimal commas */
+    char *folder;      /**< real path of the folder that files must stay in */
 } Reader;
 
 /** "a number", "a list", ... */

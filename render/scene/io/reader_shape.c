@@ -138,7 +138,7 @@ static cau_result read_row(Reader *r, const char *place, char *text, Heights *h)
         at += strspn(at, " \t\r,");
         if (*at == '\0') break;
         char *end;
-        double x = strtod(at, &end);
+        double x = strtod_l(at, &end, r->c_locale);
         if (end == at || !isfinite(x) || (*end && !strchr(" \t\r,", *end)))
             return error_set(r->err, CAU_ERROR_INPUT, "%s, line %zu: \"%.20s\" is not a finite number", place,
                 h->line, at);

@@ -189,6 +189,8 @@ static cau_result open_folder(Reader *r) {
 
 static cau_result load(Reader *r) {
     json_t *root = NULL;
+    r->c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    if (!r->c_locale) return error_set(r->err, CAU_ERROR_RESOURCE, "out of memory");
     CAU_TRY(open_folder(r));
     cau_result result = parse(r, &root);
     if (result == CAU_OK) result = cau_scene_create(r->context, &r->scene);
@@ -208,6 +210,7 @@ cau_result cau_scene_load_file(cau_context *context, const char *path, cau_scene
     Reader r = {.context = context, .err = &context->error, .path = path};
     cau_result result = load(&r);
     free(r.folder);
+    if (r.c_locale) freelocale(r.c_locale);
     if (result == CAU_OK)
         *out = r.scene;
     else {
