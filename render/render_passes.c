@@ -11,6 +11,10 @@
 #define RADIUS_INDIRECT 8.0
 #define RADIUS_EXPONENT (-1.0 / 6)
 #define RADIUS_PHOTONS 131072.0
+/* Share of an indirect run's photons that start towards any surface; the others start towards the casters. */
+#define INDIRECT_SHARE 0.5
+
+enum { EYE_SAMPLES_MAX = 16 };
 
 typedef struct PassState {
     cau_render *r;
@@ -50,7 +54,8 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
     PhotonRun run = {.scene = &r->scene,
         .trace = r->trace,
         .light = l,
-        .aim = kind ? &r->surfaces : &r->casters,
+        .aim = {kind ? &r->surfaces : &r->casters, kind ? &r->casters : NULL, INDIRECT_SHARE},
+        .casters = &r->casters,
         .owner = kind ? OWNER_INDIRECT : OWNER_DIRECT,
         .physical = r->options.physical_radiance,
         .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->passes + (uint64_t)kind),
@@ -88,6 +93,12 @@ static cau_result group_pass(PassState *s, size_t g, int kind, const GatherRun *
     return result;
 }
 
+/* As many eye paths as photons, within reason: in a small picture one path per pixel would be the noise. */
+static uint32_t eye_samples(const cau_render *r) {
+    double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
+    return (uint32_t)clamp(r->photons_per_pass / pixels, 1, EYE_SAMPLES_MAX);
+}
+
 static cau_result photon_pass(PassState *s, CauError *err) {
     cau_render *r = s->r;
     EyeRun eye = {.scene = &r->scene,
@@ -95,6 +106,7 @@ static cau_result photon_pass(PassState *s, CauError *err) {
         .filter = &r->filter,
         .key = s->key,
         .pass = (uint32_t)r->passes,
+        .samples = eye_samples(r),
         .x0 = r->region[0],
         .y0 = r->region[1],
         .x1 = r->region[2],

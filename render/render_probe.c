@@ -87,7 +87,9 @@ static cau_result probe_layer(Probe *p, const GatherRun *gather, size_t light, P
     PhotonRun run = {.scene = &p->scene,
         .trace = r->trace,
         .light = l,
-        .aim = owner == OWNER_DIRECT ? &r->casters : &r->surfaces,
+        .aim = {owner == OWNER_DIRECT ? &r->casters : &r->surfaces,
+            owner == OWNER_DIRECT ? NULL : &r->casters, 0.5},
+        .casters = &r->casters,
         .owner = owner,
         .key = key,
         .physical = r->options.physical_radiance,
@@ -120,6 +122,7 @@ static cau_result probe_photons(Probe *p, LightProbe *probes, Spread *spreads, u
         .filter = &p->filter,
         .key = p->key,
         .pass = pass,
+        .samples = 1,
         .x1 = p->scene.camera.width,
         .y1 = p->scene.camera.height,
         .cancel = &r->cancel,
@@ -156,7 +159,8 @@ static cau_result probe_hits(Probe *p, LightProbe *probes, CauError *err) {
         for (uint32_t k = 0; k < PROBE_RAYS; k++) {
             Photon photon;
             Hit hit;
-            if (!emit_photon(&p->scene.lights[i], &p->r->casters, k, key, &photon)) continue;
+            AimMix aim = {.first = &p->r->casters};
+            if (!emit_photon(&p->scene.lights[i], &aim, k, key, &photon)) continue;
             Ray ray = ray_from_point(photon.origin, photon.dir, 0, INFINITY, VISIBLE_SHADOW);
             if (!trace_nearest(p->r->trace, &ray, &hit)) continue;
             probe->object_hits[hit.object]++;

@@ -35,71 +35,123 @@ static size_t pick(const double *share, size_t count, double total, double *u) {
     return k;
 }
 
-/* Chooses the ball by solid angle: the mixture's density is then (balls in this direction) / (sum of angles).
- */
-static bool aim_from_point(const Aim *aim, V3 origin, double u, double v, V3 *dir, double *pdf) {
-    double total = 0, share[AIM_BALLS_MAX];
-    share[0] = 0;
-    size_t n = aim->count;
-    for (size_t k = 0; k < n; k++) {
+/* Solid angles of all balls from a point; negative when it is inside one. */
+static double solid_angles(const Aim *aim, V3 origin, double *share) {
+    double total = 0;
+    for (size_t k = 0; k < aim->count; k++) {
         V3 oc = v3_sub(aim->balls[k].center, origin);
         double d2 = v3_dot(oc, oc);
-        if (d2 <= square(aim->balls[k].radius) * (1 + 1e-9)) return false; /* inside: no cone */
-        share[k] = ball_solid_angle(aim->balls[k].radius, d2);
-        total += share[k];
+        if (d2 <= square(aim->balls[k].radius) * (1 + 1e-9)) return -1;
+        double angle = ball_solid_angle(aim->balls[k].radius, d2);
+        if (share) share[k] = angle;
+        total += angle;
     }
-    size_t k = pick(share, n, total, &u);
+    return total;
+}
+
+/* The ball is chosen by its solid angle: the mixture's density is then (balls in this direction) / (sum of
+ * angles). */
+bool aim_direction(const Aim *aim, V3 origin, double u, double v, V3 *dir, double *pdf) {
+    double share[AIM_BALLS_MAX];
+    share[0] = 0;
+    double total = solid_angles(aim, origin, share);
+    if (!(total > 0)) return false;
+    size_t k = pick(share, aim->count, total, &u), hits = 0;
     *dir = sample_cone(&aim->balls[k], origin, u, v);
-    size_t hits = 0;
-    for (size_t j = 0; j < n; j++) hits += j == k || ball_in_direction(&aim->balls[j], origin, *dir);
+    for (size_t j = 0; j < aim->count; j++) hits += j == k || ball_in_direction(&aim->balls[j], origin, *dir);
     *pdf = (double)hits / total;
     return true;
 }
 
-static bool emit_finite(const Light *light, const Aim *aim, const double u[4], Photon *out) {
+double aim_direction_pdf(const Aim *aim, V3 origin, V3 dir) {
+    double total = solid_angles(aim, origin, NULL);
+    if (!(total > 0)) return -1;
+    size_t hits = 0;
+    for (size_t j = 0; j < aim->count; j++) hits += ball_in_direction(&aim->balls[j], origin, dir);
+    return (double)hits / total;
+}
+
+/* Which aim of the mix takes this photon; u is given back as a new uniform. */
+static const Aim *choose_aim(const AimMix *mix, double *u, const Aim **other, double *share) {
+    *other = mix->second;
+    *share = mix->second ? mix->share : 1;
+    if (*u < *share) {
+        *u /= *share;
+        return mix->first;
+    }
+    *u = (*u - *share) / (1 - *share);
+    *other = mix->first;
+    *share = 1 - *share;
+    return mix->second;
+}
+
+/* ---- finite lights ---- */
+
+/* The density of one aim in a direction; a lamp inside something that matters sends everything. */
+static double finite_pdf(const Light *light, const EmitStart *start, const Aim *aim, V3 dir) {
+    double pdf = aim_direction_pdf(aim, start->position, dir);
+    return pdf < 0 ? light->kind->emit_direction_pdf(light, start, dir) : pdf;
+}
+
+static bool emit_finite(const Light *light, const AimMix *mix, double u[4], Photon *out) {
     EmitStart start;
     light->kind->emit_start(light, u[0], u[1], &start);
-    double pdf;
-    if (!aim_from_point(aim, start.position, u[2], u[3], &out->dir, &pdf)) {
-        /* The lamp is inside something that matters: everything that leaves it matters. */
+    const Aim *other;
+    double share, pdf;
+    const Aim *aim = choose_aim(mix, &u[2], &other, &share);
+    if (!aim_direction(aim, start.position, u[2], u[3], &out->dir, &pdf)) {
         pdf = light->kind->emit_direction(light, &start, u[2], u[3], &out->dir);
         if (!(pdf > 0)) return false;
     }
+    pdf *= share;
+    if (other) pdf += (1 - share) * finite_pdf(light, &start, other, out->dir);
     out->origin = start.position;
     out->flux = rgb_scale(light->kind->emit(light, &start, out->dir), 1 / (start.pdf * pdf));
     return !rgb_black(out->flux);
 }
 
+/* ---- infinite lights ---- */
+
+/* Density per area of lines in a direction that an aim would draw: balls that the line meets over the sum of
+ * their disks. */
+static double infinite_pdf(const Aim *aim, V3 p, V3 dir) {
+    double total = 0;
+    size_t hits = 0;
+    for (size_t j = 0; j < aim->count; j++) {
+        V3 oc = v3_sub(aim->balls[j].center, p);
+        total += square(aim->balls[j].radius);
+        hits += v3_dot(oc, oc) - square(v3_dot(oc, dir)) <= square(aim->balls[j].radius) * (1 + 1e-9);
+    }
+    return (double)hits / (CAU_PI * total);
+}
+
 /* A point on the disk that faces the light in front of a ball, moved back out of the scene. */
-static bool emit_infinite(const Light *light, const Aim *aim, const double u[4], Photon *out) {
+static bool emit_infinite(const Light *light, const AimMix *mix, double u[4], Photon *out) {
     EmitStart start;
     light->kind->emit_start(light, u[0], u[1], &start);
-    double total = 0, share[AIM_BALLS_MAX], up = u[2];
-    share[0] = 0;
-    size_t n = aim->count;
-    for (size_t k = 0; k < n; k++) total += share[k] = square(aim->balls[k].radius);
-    size_t k = pick(share, n, total, &up);
+    const Aim *other;
+    double share, total = 0, area[AIM_BALLS_MAX];
+    area[0] = 0;
+    const Aim *aim = choose_aim(mix, &u[2], &other, &share);
+    for (size_t k = 0; k < aim->count; k++) total += area[k] = square(aim->balls[k].radius);
+    size_t k = pick(area, aim->count, total, &u[2]);
     V3 s, t;
     v3_frame(start.dir, &s, &t);
-    double r = aim->balls[k].radius * sqrt(up), phi = 2 * CAU_PI * u[3];
+    double r = aim->balls[k].radius * sqrt(u[2]), phi = 2 * CAU_PI * u[3];
     V3 p = v3_add(aim->balls[k].center, v3_add(v3_scale(s, r * cos(phi)), v3_scale(t, r * sin(phi))));
-    size_t hits = 0;
-    for (size_t j = 0; j < n; j++) {
-        V3 oc = v3_sub(aim->balls[j].center, p);
-        hits += j == k || v3_dot(oc, oc) - square(v3_dot(oc, start.dir)) <= square(aim->balls[j].radius);
-    }
+    double pdf = share * infinite_pdf(aim, p, start.dir);
+    if (other) pdf += (1 - share) * infinite_pdf(other, p, start.dir);
     /* Back to where the line enters the ball around everything. */
     V3 oc = v3_sub(p, aim->around.center);
     double b = v3_dot(oc, start.dir), c = v3_dot(oc, oc) - square(aim->around.radius);
     double back = -b - sqrt(fmax(0, b * b - c));
     out->origin = v3_mad(p, fmin(back, 0), start.dir);
     out->dir = start.dir;
-    out->flux =
-        rgb_scale(light->kind->emit(light, &start, start.dir), CAU_PI * total / ((double)hits * start.pdf));
+    out->flux = rgb_scale(light->kind->emit(light, &start, start.dir), 1 / (pdf * start.pdf));
     return !rgb_black(out->flux);
 }
 
-bool emit_photon(const Light *light, const Aim *aim, uint32_t index, uint64_t key, Photon *out) {
+bool emit_photon(const Light *light, const AimMix *aim, uint32_t index, uint64_t key, Photon *out) {
     double u[4];
     /* A lamp without extent needs two numbers only: give it the best two dimensions. */
     for (unsigned d = 0; d < 4; d++) u[d] = sobol_owen(index, light->delta ? (d + 2) % 4 : d, key);

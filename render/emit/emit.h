@@ -30,6 +30,19 @@ typedef enum AimAt { AIM_CASTERS, AIM_SURFACES } AimAt;
 cau_result aim_create(Aim *out, const Scene *scene, AimAt at, CauError *err);
 void aim_free(Aim *aim);
 
+/** Draws a direction from a point towards the balls; its density is that of the whole mixture. False when the
+ *  point is inside a ball: then every direction matters. */
+bool aim_direction(const Aim *aim, V3 origin, double u, double v, V3 *dir, double *pdf);
+/** Density with which aim_direction() would draw `dir`; negative inside a ball. */
+double aim_direction_pdf(const Aim *aim, V3 origin, V3 dir);
+
+/** What a run's photons are aimed at: `share` of them at `first`, the rest at `second` (NULL: all at
+ * `first`). */
+typedef struct AimMix {
+    const Aim *first, *second;
+    double share;
+} AimMix;
+
 typedef struct Photon {
     V3 origin, dir;
     Rgb flux; /**< scene flux units, of this one photon; the caller divides by the number of photons */
@@ -37,6 +50,6 @@ typedef struct Photon {
 
 /** Photon `index` of sequence `key`. False: nothing leaves in the direction drawn (flux 0); it still counts.
  */
-bool emit_photon(const Light *light, const Aim *aim, uint32_t index, uint64_t key, Photon *out);
+bool emit_photon(const Light *light, const AimMix *aim, uint32_t index, uint64_t key, Photon *out);
 
 #endif

@@ -114,8 +114,9 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
     add_rgb(job->out->radiance, p->pixel, radiance);
     if (!p->straight) add_rgb(job->out->seen, p->pixel, radiance);
     if (!p->straight) return;
-    add_rgb(job->out->irradiance, p->pixel, rgb_scale(irradiance, job->run->scene->camera.exposure));
-    if (job->out->coverage) job->out->coverage[p->pixel] += 1;
+    add_rgb(job->out->irradiance, p->pixel,
+        rgb_scale(irradiance, job->run->points->share * job->run->scene->camera.exposure));
+    if (job->out->coverage) job->out->coverage[p->pixel] += job->run->points->share;
 }
 
 static void gather_row(void *data, size_t index, unsigned thread) {

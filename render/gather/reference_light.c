@@ -138,9 +138,10 @@ static void light_batch(void *data, size_t index, unsigned thread) {
     if (run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed)) return;
     uint32_t first = (uint32_t)index * LIGHT_BATCH, last = first + LIGHT_BATCH;
     if (last > run->light_paths) last = run->light_paths;
+    AimMix aim = {.first = run->casters};
     for (uint32_t i = first; i < last; i++) {
         Photon p;
-        if (!emit_photon(job->light, run->casters, i, job->key, &p) || !rgb_finite(p.flux)) continue;
+        if (!emit_photon(job->light, &aim, i, job->key, &p) || !rgb_finite(p.flux)) continue;
         LightWalk w = {.run = run,
             .batch = &job->batches[index],
             .numbers = path_numbers(job->key, i),

@@ -5,7 +5,7 @@
 
 #include <float.h>
 
-#if __has_include(<embree4/rtcore.h>)
+#if CAUSTICS_EMBREE >= 4
 #include <embree4/rtcore.h>
 typedef struct RTCRayQueryContext QueryContext;
 #else

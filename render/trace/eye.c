@@ -75,24 +75,24 @@ static bool eye_surface(EyeWalk *w, const Hit *hit) {
 }
 
 static bool eye_roulette(EyeWalk *w, int depth) {
-    double keep = rgb_max(w->throughput) / EYE_ROULETTE_THROUGHPUT;
+    double keep = rgb_max(w->throughput) * w->run->samples / EYE_ROULETTE_THROUGHPUT;
     if (keep >= 1 || (depth < EYE_ROULETTE_DEPTH && keep > 0.5)) return true;
     if (rng_next(&w->numbers.rng) >= keep) return false;
     w->throughput = rgb_scale(w->throughput, 1 / keep);
     return true;
 }
 
-static void walk_pixel(const EyeRun *run, struct EyeRow *row, int x, int y) {
+static void walk_pixel(const EyeRun *run, struct EyeRow *row, int x, int y, uint32_t index) {
     uint32_t pixel = (uint32_t)y * (uint32_t)run->scene->camera.width + (uint32_t)x;
     uint64_t key = rng_combine(run->key, pixel);
     EyeWalk w = {.run = run,
         .row = row,
         .pixel = pixel,
-        .numbers = path_numbers(key, run->pass),
-        .throughput = rgb_grey(1),
+        .numbers = path_numbers(key, index),
+        .throughput = rgb_grey(1.0 / run->samples),
         .straight = true};
-    double fx = filter_sample(run->filter, sobol_owen(run->pass, 0, key));
-    double fy = filter_sample(run->filter, sobol_owen(run->pass, 1, key));
+    double fx = filter_sample(run->filter, sobol_owen(index, 0, key));
+    double fy = filter_sample(run->filter, sobol_owen(index, 1, key));
     w.ray = camera_ray(&run->scene->camera, x + 0.5 + fx, y + 0.5 + fy);
     for (int depth = 0; depth < EYE_DEPTH_MAX; depth++) {
         Hit hit;
@@ -111,7 +111,8 @@ static void walk_row(void *data, size_t index, unsigned thread) {
     struct EyeRow *row = &out->rows[y];
     row->count = 0;
     if (run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed)) return;
-    for (int x = run->x0; x < run->x1; x++) walk_pixel(run, row, x, y);
+    for (int x = run->x0; x < run->x1; x++)
+        for (uint32_t k = 0; k < run->samples; k++) walk_pixel(run, row, x, y, run->pass * run->samples + k);
 }
 
 cau_result eye_trace(const EyeRun *run, TaskPool *pool, EyePoints *out, CauError *err) {
@@ -122,6 +123,7 @@ cau_result eye_trace(const EyeRun *run, TaskPool *pool, EyePoints *out, CauError
             return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %d rows of eye points", height);
         out->height = height;
     }
+    out->share = 1.0 / run->samples;
     void *data[2] = {(void *)run, out};
     tasks_run(pool, (size_t)(run->y1 - run->y0), walk_row, data);
     if (run->cancel && atomic_load(run->cancel)) return CAU_ERROR_CANCELLED;

@@ -32,6 +32,7 @@ typedef struct EyePoints {
         bool out_of_memory;
     } * rows;
     int height;
+    double share; /**< of each eye path in its pixel: 1 / samples */
 } EyePoints;
 
 typedef struct EyeRun {
@@ -40,7 +41,8 @@ typedef struct EyeRun {
     const PixelFilter *filter;
     bool physical;
     uint64_t key;       /**< random stream of the whole render */
-    uint32_t pass;      /**< index in each pixel's low-discrepancy sequence */
+    uint32_t pass;      /**< pass * samples is the index in each pixel's low-discrepancy sequence */
+    uint32_t samples;   /**< eye paths per pixel */
     int x0, y0, x1, y1; /**< region in pixels, x1 and y1 exclusive */
     const atomic_bool *cancel;
 } EyeRun;

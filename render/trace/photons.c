@@ -4,7 +4,7 @@
 #include "core/checked.h"
 #include "core/rng.h"
 
-enum { BATCH_SIZE = 1024, DEPTH_MAX = 1000, ROULETTE_DEPTH = 3 };
+enum { BATCH_SIZE = 1024, DEPTH_MAX = 1000, ROULETTE_DEPTH = 1 };
 
 /* Below this share of the emitted flux a photon plays roulette. */
 #define ROULETTE_SHARE 0.05
@@ -143,12 +143,49 @@ static bool roulette(Flight *f, double keep) {
     return true;
 }
 
+/* Probability with which a diffuse bounce that still needs S or G is aimed at the casters. */
+#define AIMED_SHARE 0.75
+
+/* A diffuse bounce of light that has not met S or G yet: without a caster ahead it can never be ours, so most
+ * go there; the density is that of the mixture with the Lambert lobe. */
+static bool bounce_towards_casters(
+    Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, const double u[3], ScatterSample *s) {
+    double aimed;
+    V3 dir;
+    if (!aim_direction(f->run->casters, hit->position, u[0], u[1], &dir, &aimed)) return false;
+    const Material *m = hit->material;
+    if (u[2] >= AIMED_SHARE) {
+        s->weight = rgb_grey(0);
+        if (!m->kind->sample(m, frame, wi, u, LOBE_DIFFUSE, true, s)) return false;
+        dir = s->wo;
+        aimed = aim_direction_pdf(f->run->casters, hit->position, dir);
+    }
+    /* eval() answers for an eye path: the eye is where this light goes. */
+    double lambert, cos_light = fabs(v3_dot(wi, frame->ns)), cos_out = v3_dot(dir, frame->ns);
+    *s = (ScatterSample){.wo = dir, .lobe = LOBE_DIFFUSE, .eta = 1, .weight = rgb_grey(0)};
+    if (cos_out <= 0 || v3_dot(dir, frame->ng) <= 0 || cos_light <= 0) return true;
+    Rgb value = m->kind->eval(m, frame, dir, wi, LOBE_DIFFUSE, &lambert);
+    lambert = cos_out / CAU_PI;
+    double pdf = AIMED_SHARE * aimed + (1 - AIMED_SHARE) * lambert;
+    s->weight = rgb_scale(value, cos_out / (cos_light * pdf));
+    return true;
+}
+
+/* Draws where the light goes on. Diffuse and casting lobes are chosen evenly, so that each can have its own
+ * density. */
 static bool scatter(
     Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, unsigned lobes, ScatterSample *s) {
-    double u[3];
+    double u[3], choice = 1;
     for (int k = 2; k >= 0; k--) u[k] = path_number(&f->numbers);
+    if ((lobes & LOBE_DIFFUSE) && (lobes & ~(unsigned)LOBE_DIFFUSE)) {
+        choice = 0.5;
+        lobes = path_number(&f->numbers) < 0.5 ? LOBE_DIFFUSE : lobes & ~(unsigned)LOBE_DIFFUSE;
+    }
     path_numbers_next(&f->numbers);
-    if (!lobes || !hit->material->kind->sample(hit->material, frame, wi, u, lobes, true, s)) return false;
+    if (!lobes) return false;
+    bool drawn = lobes == LOBE_DIFFUSE && !f->chain.cast && bounce_towards_casters(f, hit, frame, wi, u, s);
+    if (!drawn && !hit->material->kind->sample(hit->material, frame, wi, u, lobes, true, s)) return false;
+    s->weight = rgb_scale(s->weight, 1 / choice);
     bool seen = s->lobe == LOBE_TRANSPARENT || (f->left_visible & visibility_after(s->lobe, s->transmit));
     return seen && rgb_finite(s->weight);
 }
@@ -210,7 +247,7 @@ static void trace_batch(void *data, size_t index, unsigned thread) {
     for (uint32_t i = first; i < last; i++) {
         Photon p;
         b->account.photons++;
-        if (!emit_photon(run->light, run->aim, i, run->key, &p) || !rgb_finite(p.flux)) continue;
+        if (!emit_photon(run->light, &run->aim, i, run->key, &p) || !rgb_finite(p.flux)) continue;
         tally(&b->account.emitted, p.flux);
         Flight f = {.run = run,
             .batch = b,

@@ -46,11 +46,12 @@ typedef struct PhotonRun {
     const Scene *scene;
     const TraceScene *trace;
     const Light *light;
-    const Aim *aim;
-    PathOwner owner;  /**< OWNER_DIRECT or OWNER_INDIRECT: which deposits are kept */
-    bool physical;    /**< true: radiance scales with n^2 as in nature; false: as Cycles does */
-    uint64_t key;     /**< random stream of this run */
-    uint32_t photons; /**< how many are emitted */
+    AimMix aim;
+    const Aim *casters; /**< where light goes from a diffuse surface before it has met S or G */
+    PathOwner owner;    /**< OWNER_DIRECT or OWNER_INDIRECT: which deposits are kept */
+    bool physical;      /**< true: radiance scales with n^2 as in nature; false: as Cycles does */
+    uint64_t key;       /**< random stream of this run */
+    uint32_t photons;   /**< how many are emitted */
     const atomic_bool *cancel;
 } PhotonRun;
 
