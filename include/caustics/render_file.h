@@ -11,17 +11,18 @@ extern "C" {
 #endif
 
 typedef struct cau_write_options {
-    size_t size;    /**< sizeof(cau_write_options) */
-    int half;       /**< 1: 16-bit channels, clamped and counted; 0: 32-bit */
-    int interleave; /**< 1: all channels in one part; 0: a part per layer */
-    int crop;       /**< 1: the data window is the rendered region; 0: the whole picture */
-    int complete;   /**< 0: marked as incomplete */
+    size_t size;            /**< sizeof(cau_write_options) */
+    int half;               /**< 1: 16-bit channels, clamped and counted; 0: 32-bit */
+    int interleave;         /**< 1: all channels in one part; 0: a part per layer */
+    int crop;               /**< 1: the data window is the rendered region; 0: the whole picture */
+    int complete;           /**< 0: marked as incomplete */
     uint64_t seed, photons; /**< for the header */
 } cau_write_options;
 
 /** Writes all layers of an ended render to `path`, atomically: part 0 is the sum of all direct and indirect
  *  radiance layers. A beauty layer is written as channels R, G, B alone. */
-CAU_API cau_result cau_render_write(cau_render *render, cau_scene *scene, const char *path, const cau_write_options *options);
+CAU_API cau_result cau_render_write(
+    cau_render *render, cau_scene *scene, const char *path, const cau_write_options *options);
 
 /** Writes the figures of an ended render (error, flux, photons per light, seconds) as JSON. */
 CAU_API cau_result cau_render_write_report(cau_render *render, cau_scene *scene, const char *path);

@@ -189,7 +189,7 @@ static const Wrong wrongs[] = {
 };
 
 static void check_sentence(const char *text, const char *words, cau_result result, cau_result code) {
-    char prefix[512];
+    char prefix[520];
     snprintf(prefix, sizeof prefix, "%s: ", in_folder("bad.json"));
     if (result != code || !strstr(text, words) || strncmp(text, prefix, strlen(prefix)) != 0)
         fail_msg("code %d: \"%s\" does not say \"%s\"", result, text, words);

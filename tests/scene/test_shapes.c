@@ -72,7 +72,7 @@ static void sphere_is_exact(void **state) {
         double away = pow(10, between(&rng, -2, 4)), t_min = i % 3 ? 0 : between(&rng, 0, away);
         V3 o = v3_mad(to, -away, d);
         d = v3_scale(d, between(&rng, 0.1, 3));
-        long double a = 0, b = 0, c = -0.75L * 0.75L, t;
+        long double a = 0, b = 0, c = -0.75L * 0.75L, t = 0;
         const double oo[3] = {o.x, o.y, o.z}, dd[3] = {d.x, d.y, d.z};
         for (int k = 0; k < 3; k++) {
             a += (long double)dd[k] * dd[k];
