@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")"
 ref="../../../bench/cycles/reference.py"
 [ $# -gt 0 ] || set -- orthographic shift spot_blend area_spread plastic sun10 exposure2 filter_box filter_gauss filter_bh \
-  a_ball b_ring d_wineglass c_water rough cards plastic_rough plastic_principled plastic_rough_principled
+  a_ball b_ring d_wineglass c_water rough cards emission plastic_rough plastic_principled plastic_rough_principled
 for n in "$@"; do
   res=80x45 spp=1024 extra= scene=$n.json
   case $n in
