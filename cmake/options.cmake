@@ -66,8 +66,10 @@ function(caustics_library name)
     INSTALL_RPATH "${CAUSTICS_LIBRARY_RPATH}" LINK_DEPENDS ${CMAKE_BINARY_DIR}/${name}.map)
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-  target_link_options(${name} PRIVATE LINKER:--version-script=${CMAKE_BINARY_DIR}/${name}.map LINKER:--as-needed
-    $<$<NOT:$<BOOL:${CAUSTICS_SANITIZE}>>:LINKER:--no-undefined>)
+  target_link_options(${name} PRIVATE LINKER:--version-script=${CMAKE_BINARY_DIR}/${name}.map LINKER:--as-needed)
+  if(NOT CAUSTICS_SANITIZE)
+    target_link_options(${name} PRIVATE LINKER:--no-undefined)
+  endif()
   target_link_libraries(${name} PUBLIC ${A_LINK_PUBLIC} PRIVATE ${A_LINK})
   foreach(o ${A_OBJECTS})
     target_link_libraries(${name} PRIVATE $<TARGET_PROPERTY:${o},INTERFACE_LINK_LIBRARIES>)
