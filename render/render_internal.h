@@ -21,6 +21,7 @@ typedef struct RenderGroup {
     bool direct, indirect;                    /**< rendered? */
     Film films[2];                            /**< [0] direct, [1] indirect; radiance */
     Film seen[1], irradiance[1], coverage[1]; /**< direct only, when asked for */
+    double radius_scale[2];                   /**< of the kernels, from the density that the first pass met */
     FluxAccount accounts[2];                  /**< sums over passes, see photons.h */
 } RenderGroup;
 

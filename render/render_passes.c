@@ -11,6 +11,11 @@
 #define RADIUS_INDIRECT 8.0
 #define RADIUS_EXPONENT (-1.0 / 6)
 #define RADIUS_PHOTONS 131072.0
+/* Photons that a kernel should meet on average, and how far it may shrink at once to meet no more. */
+#define KERNEL_PHOTONS 48.0
+#define RADIUS_SCALE_MIN 0.125
+/* Indirect light is smooth: where few photons come, its kernels start wider. */
+#define RADIUS_SCALE_INDIRECT 3.0
 /* Share of an indirect run's photons that start towards any surface; the others start towards the casters. */
 #define INDIRECT_SHARE 0.5
 
@@ -20,6 +25,7 @@ typedef struct PassState {
     cau_render *r;
     EyePoints points;
     SupportRows supports[2];
+    double support_radius[2]; /* for which they were found in this pass */
     DepositList deposits;
     PhotonTree tree;
     PassImages images;
@@ -74,21 +80,57 @@ static void add_to_films(PassState *s, RenderGroup *group, int kind) {
     film_add(group->coverage, s->images.coverage);
 }
 
-static cau_result group_pass(PassState *s, size_t g, int kind, const GatherRun *gather, CauError *err) {
+/* The first pass tells how dense the light lies: a kernel that meets hundreds of photons is wider, and costs
+ * more, than the picture needs. Bytes of a group do not depend on other groups. */
+static void learn_radius(PassState *s, RenderGroup *group, int kind) {
+    if (group->radius_scale[kind] > 0) return;
+    const cau_render *r = s->r;
+    uint64_t found = 0, points = 0;
+    for (int y = r->region[1]; y < r->region[3]; y++) {
+        found += s->images.found[y];
+        points += s->points.rows[y].count;
+    }
+    double mean = points ? (double)found / (double)points : 0;
+    group->radius_scale[kind] =
+        mean > 0 ? clamp(sqrt(KERNEL_PHOTONS / mean), RADIUS_SCALE_MIN, kind ? RADIUS_SCALE_INDIRECT : 1) : 1;
+}
+
+static cau_result group_lights(PassState *s, size_t g, int kind, const GatherRun *gather, CauError *err) {
     cau_render *r = s->r;
-    PassImages full = s->images;
-    if (kind) s->images.seen = s->images.irradiance = s->images.coverage = NULL;
     s->images.add = false;
-    cau_result result = CAU_OK;
-    for (size_t i = 0; i < r->scene.light_count && result == CAU_OK; i++) {
+    for (size_t i = 0; i < r->scene.light_count; i++) {
         const LightPlan *plan = &r->plan.lights[i];
         if (r->group_of_light[i] != g || !(kind ? plan->indirect : plan->direct)) continue;
-        result = light_pass(s, i, kind, gather, err);
+        CAU_TRY(light_pass(s, i, kind, gather, err));
         s->images.add = true;
         s->images.coverage = NULL; /* counted once per pass, not once per light */
     }
+    return CAU_OK;
+}
+
+static cau_result group_pass(PassState *s, size_t g, int kind, double radius_pixels, CauError *err) {
+    cau_render *r = s->r;
+    RenderGroup *group = &r->groups[g];
+    double scale = group->radius_scale[kind] > 0 ? group->radius_scale[kind] : 1;
+    GatherRun gather = {.scene = &r->scene,
+        .trace = r->trace,
+        .points = &s->points,
+        .y0 = r->region[1],
+        .y1 = r->region[3],
+        .radius_pixels = radius_pixels * scale,
+        .cancel = &r->cancel};
+    if (s->support_radius[kind] != gather.radius_pixels) {
+        CAU_TRY(gather_supports(&gather, r->pool, &s->supports[kind], err));
+        s->support_radius[kind] = gather.radius_pixels;
+    }
+    PassImages full = s->images;
+    if (kind) s->images.seen = s->images.irradiance = s->images.coverage = NULL;
+    cau_result result = group_lights(s, g, kind, &gather, err);
     s->images.coverage = kind ? NULL : full.coverage;
-    if (result == CAU_OK) add_to_films(s, &r->groups[g], kind);
+    if (result == CAU_OK) {
+        add_to_films(s, group, kind);
+        learn_radius(s, group, kind);
+    }
     s->images = full;
     return result;
 }
@@ -117,18 +159,11 @@ static cau_result photon_pass(PassState *s, CauError *err) {
     double photons = (double)(r->passes + 1) * r->photons_per_pass;
     double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
     for (int kind = 0; kind < 2; kind++) {
-        if (!(kind ? any_indirect(r) : any_direct(r))) continue;
-        GatherRun gather = {.scene = &r->scene,
-            .trace = r->trace,
-            .points = &s->points,
-            .y0 = r->region[1],
-            .y1 = r->region[3],
-            .radius_pixels = (kind ? RADIUS_INDIRECT : RADIUS_DIRECT) * shrink,
-            .cancel = &r->cancel};
-        CAU_TRY(gather_supports(&gather, r->pool, &s->supports[kind], err));
+        s->support_radius[kind] = -1; /* new eye points */
+        double radius = (kind ? RADIUS_INDIRECT : RADIUS_DIRECT) * shrink;
         for (size_t g = 0; g < r->group_count; g++)
             if (kind ? r->groups[g].indirect : r->groups[g].direct)
-                CAU_TRY(group_pass(s, g, kind, &gather, err));
+                CAU_TRY(group_pass(s, g, kind, radius, err));
     }
     return CAU_OK;
 }
@@ -228,7 +263,8 @@ static cau_result images_prepare(PassState *s, CauError *err) {
     cau_render *r = s->r;
     size_t values = picture_values(r);
     s->images.radiance = array_new(values, sizeof(double));
-    bool ok = s->images.radiance != NULL;
+    s->images.found = array_new((size_t)r->scene.camera.height, sizeof *s->images.found);
+    bool ok = s->images.radiance && s->images.found;
     if (r->options.layers & CAU_WANT_IRRADIANCE) {
         s->images.seen = array_new(values, sizeof(double));
         s->images.irradiance = array_new(values, sizeof(double));
@@ -246,6 +282,7 @@ static void state_free(PassState *s) {
     deposits_free(&s->deposits);
     photon_tree_free(&s->tree);
     free(s->images.radiance);
+    free(s->images.found);
     free(s->images.seen);
     free(s->images.irradiance);
     free(s->images.coverage);

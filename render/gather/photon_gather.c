@@ -57,6 +57,7 @@ typedef struct Sum {
     double inverse_r2;
     V3 normal;
     Rgb flux;
+    uint64_t found;
 } Sum;
 
 static bool bounces_pass(const BounceParams *b, const EyePoint *p, const Deposit *d) {
@@ -68,6 +69,7 @@ static bool bounces_pass(const BounceParams *b, const EyePoint *p, const Deposit
 static void add_deposit(void *data, const Deposit *d, double distance2) {
     Sum *s = data;
     V3 place = v3((double)d->position[0], (double)d->position[1], (double)d->position[2]);
+    s->found++;
     double height = v3_dot(v3_sub(place, s->point->position), s->normal), r = s->support->radius;
     /* The same surface only: by side and normal, by height, and by what stands in between. */
     if (fabs(height) > SUPPORT_HEIGHT * r) return;
@@ -109,6 +111,7 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
         .inverse_r2 = 1 / (r * r),
         .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2])};
     photon_tree_query(job->tree, p->position, r, add_deposit, &sum);
+    job->out->found[p->pixel / (uint32_t)job->run->scene->camera.width] += sum.found;
     Rgb irradiance = rgb_scale(sum.flux, 1 / support->integral);
     Rgb radiance = rgb_mul(irradiance, rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]));
     add_rgb(job->out->radiance, p->pixel, radiance);
@@ -123,6 +126,7 @@ static void gather_row(void *data, size_t index, unsigned thread) {
     (void)thread;
     const GatherJob *job = data;
     size_t y = (size_t)job->run->y0 + index;
+    if (!job->out->add) job->out->found[y] = 0;
     if (!job->out->add) clear_row(job->out, y, (size_t)job->run->scene->camera.width);
     if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
     const struct EyeRow *row = &job->run->points->rows[y];

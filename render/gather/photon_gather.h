@@ -40,6 +40,7 @@ typedef struct PassImages {
     double *irradiance; /**< at receivers that the camera hits first; NULL: not wanted */
     double *coverage;   /**< 1 channel: share of the pixel that such receivers cover; NULL: not wanted */
     bool add;           /**< true: added to what is there (lights of one group), else overwritten */
+    uint64_t *found;    /**< [height] deposits met by the kernels of each row */
 } PassImages;
 
 /** Sums the deposits in `tree` at every eye point. */

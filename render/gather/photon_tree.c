@@ -10,6 +10,10 @@ typedef struct SortKey {
 
 enum { CODE_BITS = 21, RADIX_BITS = 11, RADIX = 1 << RADIX_BITS, RADIX_PASSES = 6 };
 
+/* Without fminf()'s care for NaN, which costs a call; deposits are finite. */
+static float lower(float a, float b) { return b < a ? b : a; }
+static float higher(float a, float b) { return b > a ? b : a; }
+
 /* Spreads 21 bits so that two zero bits follow each. */
 static uint64_t spread(uint64_t x) {
     x &= 0x1fffffu;
@@ -66,8 +70,8 @@ static void box_of_deposits(TreeBox *b, const Deposit *items, size_t count) {
     *b = (TreeBox){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (size_t i = 0; i < count; i++)
         for (int k = 0; k < 3; k++) {
-            b->lo[k] = fminf(b->lo[k], items[i].position[k]);
-            b->hi[k] = fmaxf(b->hi[k], items[i].position[k]);
+            b->lo[k] = lower(b->lo[k], items[i].position[k]);
+            b->hi[k] = higher(b->hi[k], items[i].position[k]);
         }
 }
 
@@ -75,8 +79,8 @@ static void box_of_boxes(TreeBox *b, const TreeBox *children, size_t count) {
     *b = children[0];
     for (size_t i = 1; i < count; i++)
         for (int k = 0; k < 3; k++) {
-            b->lo[k] = fminf(b->lo[k], children[i].lo[k]);
-            b->hi[k] = fmaxf(b->hi[k], children[i].hi[k]);
+            b->lo[k] = lower(b->lo[k], children[i].lo[k]);
+            b->hi[k] = higher(b->hi[k], children[i].hi[k]);
         }
 }
 
@@ -138,8 +142,9 @@ typedef struct Query {
 static bool box_near(const TreeBox *b, const Query *q) {
     float d2 = 0;
     for (int k = 0; k < 3; k++) {
-        float d = fmaxf(fmaxf(b->lo[k] - q->center[k], q->center[k] - b->hi[k]), 0);
-        d2 += d * d;
+        float below = b->lo[k] - q->center[k], above = q->center[k] - b->hi[k];
+        float d = below > above ? below : above;
+        d2 += d > 0 ? d * d : 0;
     }
     return d2 <= q->radius2;
 }

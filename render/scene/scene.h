@@ -61,6 +61,9 @@ typedef struct ObjectParams {
 /** light_table: what every kind of light has; offsets in LightSource. */
 extern const ParamTable camera_table, filter_table, world_table, bounces_table, object_table, light_table;
 
+/** The colour spaces a scene may have, NULL-terminated; the first is the default. */
+extern const char *const scene_color_spaces[];
+
 enum { PLACED_NOT, PLACED_BY_MATRIX, PLACED_BY_LOOK, PLACED_BY_PARTS };
 
 typedef struct Object {

@@ -36,7 +36,7 @@ cau_result cau_scene_create(cau_context *context, cau_scene **out) {
     if (out) *out = NULL;
     if (!context || !out) return CAU_ERROR_USAGE;
     cau_scene *s = array_new(1, sizeof *s);
-    if (s) s->color_space = string_copy("lin_rec709_scene");
+    if (s) s->color_space = string_copy(scene_color_spaces[0]);
     if (!s || !s->color_space) {
         free(s);
         return error_set(&context->error, CAU_ERROR_RESOURCE, "out of memory for a scene");

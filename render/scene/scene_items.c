@@ -274,15 +274,11 @@ cau_result cau_set_look(cau_scene *scene, cau_item item, const double from[3], c
     return add_name(scene, &v, before, set_look(scene, &v, from, to));
 }
 
-/* Interop IDs of linear RGB spaces: colours of any other kind would not add up. */
-static const char *const color_spaces[] = {"lin_rec709_scene", "lin_ap1_scene", "lin_ap0_scene",
-    "lin_p3d65_scene", "lin_rec2020_scene", "lin_adobergb_scene"};
-
 cau_result cau_set_color_space(cau_scene *scene, const char *name) {
     if (!scene || !name) return CAU_ERROR_USAGE;
-    size_t count = sizeof color_spaces / sizeof color_spaces[0];
-    for (size_t i = 0; i < count; i++)
-        if (strcmp(name, color_spaces[i]) == 0)
+    size_t count = 0;
+    for (; scene_color_spaces[count]; count++)
+        if (strcmp(name, scene_color_spaces[count]) == 0)
             return store_text(scene, "scene", "color_space", name, &scene->color_space);
-    return param_unknown("scene", "color_space", name, color_spaces, count, &scene->context->error);
+    return param_unknown("scene", "color_space", name, scene_color_spaces, count, &scene->context->error);
 }

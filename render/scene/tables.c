@@ -122,3 +122,7 @@ static const Param light_params[] = {
     SWITCH(LightSource, casts_caustics, "false: has no layer"),
 };
 const ParamTable light_table = PARAM_TABLE(light_params);
+
+/* Interop IDs of linear RGB spaces: colours of any other kind would not add up. The first is the default. */
+const char *const scene_color_spaces[] = {"lin_rec709_scene", "lin_ap1_scene", "lin_ap0_scene",
+    "lin_p3d65_scene", "lin_rec2020_scene", "lin_adobergb_scene", NULL};
