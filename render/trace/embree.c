@@ -46,7 +46,7 @@ static void query_init(ExactQuery *q, const TraceScene *trace, const Ray *ray) {
 
 static void rtc_intersect(const TraceScene *s, ExactQuery *q, struct RTCRayHit *rayhit) {
 #if RTC_VERSION_MAJOR >= 4
-    RTCIntersectArguments arguments;
+    struct RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.context = &q->base;
     rtcIntersect1(s->rtc, rayhit, &arguments);
@@ -57,7 +57,7 @@ static void rtc_intersect(const TraceScene *s, ExactQuery *q, struct RTCRayHit *
 
 static void rtc_occluded(const TraceScene *s, ExactQuery *q, struct RTCRay *ray) {
 #if RTC_VERSION_MAJOR >= 4
-    RTCOccludedArguments arguments;
+    struct RTCOccludedArguments arguments;
     rtcInitOccludedArguments(&arguments);
     arguments.context = &q->base;
     rtcOccluded1(s->rtc, ray, &arguments);
