@@ -211,9 +211,8 @@ static cau_result read_chunk(ExrReader *r, size_t part, int32_t x, int32_t y, in
     return code == EXR_ERR_SUCCESS ? CAU_OK : failed(r, code, err);
 }
 
-static bool core_can_decode(const ExrPart *part) {
-    return part->codec != EXR_CODEC_DWAA && part->codec != EXR_CODEC_DWAB;
-}
+/* OpenEXRCore 3.1 has no DWA, and its B44 decoder returns rubbish for a part that has float channels too. */
+static bool core_can_decode(const ExrPart *part) { return part->codec < EXR_CODEC_B44; }
 
 cau_result exr_reader_band(
     ExrReader *r, size_t part, int32_t y0, int32_t y1, void *const *planes, CauError *err) {

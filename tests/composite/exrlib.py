@@ -83,7 +83,8 @@ def _zip(raw):
 
 def read(path):
     """Parts with pixels. Scan lines, uncompressed or ZIP(S), not sub-sampled."""
-    data = open(path, "rb").read()
+    with open(path, "rb") as file:
+        data = file.read()
     parts, version, at = read_headers(data)
     for part in parts:
         x0, y0, x1, y1 = part.window
