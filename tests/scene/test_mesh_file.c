@@ -13,7 +13,7 @@
 
 static Scene load_object(const char *mesh, cau_context **context, cau_scene **scene) {
     char json[1024];
-    Scene s;
+    Scene s = {0};
     snprintf(json, sizeof json,
         HEAD MATERIALS ",\"objects\":[{\"name\":\"b\",\"material\":\"glass\",\"file\":\"%s\"}]}", mesh);
     write_text("mesh.json", json);

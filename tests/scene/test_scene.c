@@ -181,7 +181,7 @@ static void every_parameter_is_described(void **state) {
             cau_param p = {.size = sizeof p}, again = p;
             must(&w, cau_param_at(w.scene, items[i], k, &p));
             must(&w, cau_param_named(w.scene, items[i], p.name, &again));
-            assert_memory_equal(&p, &again, sizeof p);
+            assert_true(p.name == again.name && p.type == again.type && p.help == again.help);
             assert_true(p.help && *p.help && p.unit);
             assert_true(p.type >= CAU_PARAM_NUMBER && p.type <= CAU_PARAM_PART);
             described++;
