@@ -96,8 +96,8 @@ static void bad_lists_are_refused(void **state) {
     static const char *const bad[] = {"", "{}", "[1]", "[{}]", "[{\"layer\":\"a\",\"light\":\"b\"}]",
         "[{\"layer\":\"a\",\"light\":\"b\",\"kind\":\"x\"}]",
         "[{\"layer\":\"a\",\"light\":\"b\",\"kind\":\"seen\",\"gain\":2}]",
-        "[{\"layer\":\"a\",\"light\":\"b\",\"kind\":\"seen\"},{\"layer\":\"a\",\"light\":\"c\",\"kind\":"
-        "\"seen\"}]"};
+        ("[{\"layer\":\"a\",\"light\":\"b\",\"kind\":\"seen\"},{\"layer\":\"a\",\"light\":\"c\",\"kind\":"
+         "\"seen\"}]")};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         LayerList list;
         CauError err = {0};
