@@ -152,7 +152,7 @@ static void files_that_are_none(void **state) {
     (void)state;
     char text[CAU_ERROR_TEXT_MAX];
     assert_int_equal(load(in_folder("none.json"), text), CAU_ERROR_INPUT);
-    assert_non_null(strstr(text, "none.json: scene: cannot be opened: No such file"));
+    assert_non_null(strstr(text, "none.json: scene file: cannot be opened: No such file"));
     assert_int_equal(load("/nowhere/at/all.json", text), CAU_ERROR_INPUT);
     assert_int_equal(load(folder, text), CAU_ERROR_INPUT);
     assert_non_null(strstr(text, "not a regular file"));

@@ -66,6 +66,7 @@ static struct aiFile *open_one(struct aiFileIO *io, const char *name, const char
     if (mode[0] != 'r' || !allowed(s, name)) return NULL;
     struct aiFile *file = array_new(1, sizeof *file);
     OpenFile *f = array_new(1, sizeof *f);
+    if (!file || !f) error_set(s->reader->err, CAU_ERROR_RESOURCE, "%s: out of memory", s->place);
     if (!file || !f ||
         file_read(name, MESH_BYTES_MAX, s->place, &f->data, &f->size, s->reader->err) != CAU_OK) {
         free(file);
@@ -94,9 +95,10 @@ cau_result mesh_import(Reader *r, const char *place, const char *path, bool y_up
     Sandbox sandbox = {r, place, path};
     struct aiFileIO io = {.OpenProc = open_one, .CloseProc = close_one, .UserData = (char *)(void *)&sandbox};
     const struct aiScene *scene = aiImportFileEx(path, 0, &io);
-    if (!scene) /* where reading the file failed, that error stands already and this one is not recorded */
-        return error_set(
-            r->err, CAU_ERROR_INPUT, "%s: not a readable mesh file: %.300s", place, aiGetErrorString());
+    if (!scene) { /* where opening the file failed, that error stands already and this one is not recorded */
+        error_set(r->err, CAU_ERROR_INPUT, "%s: not a readable mesh file: %.300s", place, aiGetErrorString());
+        return r->err->code;
+    }
     cau_result result = mesh_collect(r, place, scene, y_up, out);
     aiReleaseImport(scene);
     return result;

@@ -163,7 +163,7 @@ static cau_result read_scene(Reader *r, const json_t *root) {
 static cau_result parse(Reader *r, json_t **out) {
     char *text = NULL;
     size_t size = 0;
-    CAU_TRY(file_read(r->path, SCENE_BYTES_MAX, "scene", &text, &size, r->err));
+    CAU_TRY(file_read(r->path, SCENE_BYTES_MAX, "scene file", &text, &size, r->err));
     json_error_t at;
     if (size >= 4 && memcmp(text, "glTF", 4) == 0)
         error_set(r->err, CAU_ERROR_UNSUPPORTED,
