@@ -21,8 +21,8 @@ struct ExrReader {
 };
 
 static cau_result failed(ExrReader *r, exr_result_t code, CauError *err) {
-    /* The library says so too when a damaged chunk leads its decoder to an absurd size; our own memory for the
-     * pixels is there already. */
+    /* The library says so too when a damaged chunk leads its decoder to an absurd size; our own memory for
+     * the pixels is there already. */
     if (code == EXR_ERR_OUT_OF_MEMORY)
         return error_set(err, CAU_ERROR_INPUT,
             "cannot read \"%s\": a chunk asks for more memory than there is: the file is damaged", r->path);
