@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Installs the build into an empty prefix, moves it, and builds a program against it twice: by pkg-config and by
 find_package.
-usage: install.py BUILD CMAKE CC VERSION [FLAGS]"""
+usage: install.py BUILD CMAKE GENERATOR CC VERSION [FLAGS]"""
 import os
 import pathlib
 import shutil
@@ -10,7 +10,7 @@ import sys
 
 from house import finish
 
-build, cmake, cc, version, flags = (sys.argv + [""])[1:6]
+build, cmake, generator, cc, version, flags = (sys.argv + [""])[1:7]
 here = pathlib.Path(__file__).resolve().parent / "consumer"
 place = pathlib.Path(build) / "tests" / "installed"
 problems = []
@@ -42,7 +42,7 @@ words = run("pkg-config", "--cflags", "--libs", "caustics-io", "caustics-composi
 run(cc, "-std=c99", "-Wall", "-Werror", *flags.split(), here / "consumer.c", "-o", place / "by_pkgconfig", *words)
 expect("by pkg-config", run(place / "by_pkgconfig", LD_LIBRARY_PATH=str(libdir)))
 
-run(cmake, "-S", here, "-B", place / "build", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_C_COMPILER={cc}",
+run(cmake, "-G", generator, "-S", here, "-B", place / "build", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_C_COMPILER={cc}",
     f"-DCMAKE_C_FLAGS={flags}")
 run(cmake, "--build", place / "build")
 expect("by find_package", run(place / "build" / "consumer"))
