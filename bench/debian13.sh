@@ -14,7 +14,6 @@ failed=0
 in_root "$root" sh -ec '
   cd /root/caustics
   .ci/install build
-  .ci/install numpy
   dpkg-query -W -f "\${Package} \${Version}\n" libembree-dev
   cmake -G Ninja -B build -DCAUSTICS_WERROR=OFF
   cmake --build build
