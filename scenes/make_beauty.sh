@@ -9,7 +9,8 @@ samples() {
     c_water) echo 16 ;;
     a_ball | b_ring) echo 512 ;;
     d_wineglass | still_life) echo 1024 ;;
-    *) echo 512 ;;
+    aquarium) echo 512 ;;
+    *) echo 256 ;;
   esac
 }
 [ $# -gt 0 ] || set -- a_ball b_ring c_water d_wineglass still_life aquarium pool

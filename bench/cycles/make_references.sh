@@ -9,7 +9,7 @@ for n in "$@"; do
   spp=2048 seeds=8 extra= scene=$n
   case $n in
     a_ball_sun5) spp=2048 seeds=22 ;;
-    b_ring) spp=4096 seeds=20 extra="--off-seeds 4" ;;
+    b_ring) spp=4096 seeds=22 extra="--off-seeds 4" ;;
     d_wineglass) spp=2048 seeds=36 extra=--groups ;;
     plastic_room) spp=1024 seeds=8 ;;
     plastic_room_principled) spp=1024 seeds=8 extra="--plastic principled" scene=plastic_room ;;
