@@ -156,7 +156,7 @@ def write(path, parts, *, window=None, display=None, aspect=1.0, compression=3, 
     head = struct.pack("<II", 20000630, 2 | (0x1000 if multi else 0) | (0x400 if long_names else 0)) + header
     head += b"\0" if multi else b""
     at = len(head) + 8 * sum(len(b) for b in bodies)
-    tables, blob = b"", b""
+    tables, blob = b"", bytearray()
     for index, body in enumerate(bodies):
         offsets = {}
         for y, raw in (reversed(body) if decreasing else body):
