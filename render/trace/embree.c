@@ -19,6 +19,7 @@ struct TraceScene {
     RTCScene rtc;
     bool any_hidden;      /* some object is invisible to some kind of ray */
     bool any_transparent; /* some object lets light straight through */
+    bool *touched;        /* [object] a receiver that a caster lies on, face to face */
 };
 
 /* What an exact surface needs beyond Embree's single precision. */
@@ -27,11 +28,14 @@ typedef struct ExactQuery {
     const TraceScene *trace;
     const Ray *ray;
     unsigned geometry; /* of the best exact hit so far */
+    bool skip_touched; /* see touched_filter() */
     ShapeHit best;
 } ExactQuery;
 
-/* gamma(7) of PBR: seven roundings in Embree's hit point at most. */
+/* gamma(7) of PBR: seven roundings in Embree's hit point at most. The absolute part (scene space: casters are
+ * about 1 in size) is for surfaces through the origin, whose coordinates are exactly 0. */
 #define ERROR_GAMMA 4.2e-7
+#define ERROR_ABSOLUTE 5e-8
 
 static void query_init(ExactQuery *q, const TraceScene *trace, const Ray *ray) {
 #if RTC_VERSION_MAJOR >= 4
@@ -42,6 +46,7 @@ static void query_init(ExactQuery *q, const TraceScene *trace, const Ray *ray) {
     q->trace = trace;
     q->ray = ray;
     q->geometry = RTC_INVALID_GEOMETRY_ID;
+    q->skip_touched = false;
 }
 
 static void rtc_intersect(const TraceScene *s, ExactQuery *q, struct RTCRayHit *rayhit) {
@@ -64,6 +69,11 @@ static void rtc_occluded(const TraceScene *s, ExactQuery *q, struct RTCRay *ray)
 #else
     rtcOccluded1(s->rtc, &q->base, ray);
 #endif
+}
+
+static V3 vertex(const Mesh *m, uint32_t i) {
+    return v3((float)m->positions[3 * (size_t)i], (float)m->positions[3 * (size_t)i + 1],
+        (float)m->positions[3 * (size_t)i + 2]);
 }
 
 /* ---- exact surfaces ---- */
@@ -112,6 +122,12 @@ static void exact_occluded(const struct RTCOccludedFunctionNArguments *a) {
     if (exact_hit(a->geometryUserPtr, q->ray, q->ray->t_max, &hit)) ray->tfar = -INFINITY;
 }
 
+/* Where a caster's face lies in a receiver's face (a glass on a table), which of the two a ray meets first
+ * would be chance. The caster is met first, as it was seen in Cycles: receivers so touched hide behind it. */
+static void touched_filter(const struct RTCFilterFunctionNArguments *a) {
+    if (((ExactQuery *)a->context)->skip_touched) a->valid[0] = 0;
+}
+
 /* ---- building ---- */
 
 static RTCGeometry exact_geometry(RTCDevice device, Object *o) {
@@ -144,13 +160,69 @@ static cau_result device_check(const TraceScene *s, const char *what, CauError *
         (int)code, what);
 }
 
+enum { CONTACT_TRIANGLES_MAX = 20000, CONTACT_NEAR = 32 };
+
+/* Distance (scene space) below which two parallel faces are one. */
+#define CONTACT_DISTANCE 1e-6
+
+static bool faces_touch(const NearTriangle *n, V3 p, V3 normal) {
+    V3 m = v3_cross(v3_sub(n->b, n->a), v3_sub(n->c, n->a));
+    double length = v3_length(m);
+    return length > 0 && fabs(v3_dot(m, normal)) > 0.9999 * length &&
+           fabs(v3_dot(m, v3_sub(p, n->a))) < CONTACT_DISTANCE * length;
+}
+
+/* Marks the receivers that a caster's triangles lie on, looked for at the triangles' centres. */
+static void find_contacts(TraceScene *s, const Object *caster) {
+    const Mesh *m = &caster->mesh;
+    size_t step = m->triangle_count / CONTACT_TRIANGLES_MAX + 1;
+    for (size_t t = 0; t < m->triangle_count; t += step) {
+        const uint32_t *index = &m->triangles[3 * t];
+        V3 a = vertex(m, index[0]), b = vertex(m, index[1]), c = vertex(m, index[2]);
+        V3 p = v3_scale(v3_add(a, v3_add(b, c)), 1.0 / 3), n = v3_cross(v3_sub(b, a), v3_sub(c, a));
+        double length = v3_length(n);
+        if (!(length > 0)) continue;
+        NearTriangle found[CONTACT_NEAR];
+        size_t count = trace_collect(s, p, 2 * CONTACT_DISTANCE, found, CONTACT_NEAR);
+        for (size_t i = 0; i < count && i < CONTACT_NEAR; i++) {
+            unsigned lobes = s->scene->materials[s->scene->objects[found[i].object].material].lobes;
+            if (found[i].exact || (lobes & LOBE_CASTING)) continue;
+            if (faces_touch(&found[i], p, v3_scale(n, 1 / length))) s->touched[found[i].object] = true;
+        }
+    }
+}
+
+/* Filters cost a call per hit: only the touched geometries get one. */
+static void mark_contacts(TraceScene *s) {
+    const Scene *scene = s->scene;
+    bool any = false;
+    for (size_t i = 0; i < scene->object_count; i++)
+        if (scene->materials[scene->objects[i].material].lobes & LOBE_CASTING)
+            find_contacts(s, &scene->objects[i]);
+    for (size_t i = 0; i < scene->object_count; i++) {
+        if (!s->touched[i]) continue;
+        RTCGeometry g = rtcGetGeometry(s->rtc, (unsigned)i);
+        rtcSetGeometryIntersectFilterFunction(g, touched_filter);
+        rtcCommitGeometry(g);
+        any = true;
+    }
+    if (any) rtcCommitScene(s->rtc);
+}
+
 cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
     *out = NULL;
     TraceScene *s = array_new(1, sizeof *s);
-    if (!s) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
+    bool *touched = array_new(scene->object_count, sizeof *touched);
+    if (!s || !touched) {
+        free(s);
+        free(touched);
+        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
+    }
+    s->touched = touched;
     s->scene = scene;
     s->device = rtcNewDevice(NULL);
     if (!s->device) {
+        free(touched);
         free(s);
         return error_set(err, CAU_ERROR_RESOURCE, "Embree could not be started on this processor");
     }
@@ -167,6 +239,7 @@ cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
         rtcReleaseGeometry(g);
     }
     rtcCommitScene(s->rtc);
+    mark_contacts(s);
     cau_result result = device_check(s, "building its tree", err);
     if (result != CAU_OK)
         trace_destroy(&s);
@@ -179,6 +252,7 @@ void trace_destroy(TraceScene **scene) {
     if (!*scene) return;
     rtcReleaseScene((*scene)->rtc);
     rtcReleaseDevice((*scene)->device);
+    free((*scene)->touched);
     free(*scene);
     *scene = NULL;
 }
@@ -224,10 +298,7 @@ static struct RTCRay rtc_ray(const Ray *ray) {
         .mask = 0xffffffffu};
 }
 
-static V3 vertex(const Mesh *m, uint32_t i) {
-    return v3((float)m->positions[3 * (size_t)i], (float)m->positions[3 * (size_t)i + 1],
-        (float)m->positions[3 * (size_t)i + 2]);
-}
+static V3 absolute(V3 p, double s) { return v3(fabs(s * p.x), fabs(s * p.y), fabs(s * p.z)); }
 
 /* The hit of the true line with the triangle that Embree found: plane and barycentrics in double. */
 static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t primitive, Hit *hit) {
@@ -249,10 +320,8 @@ static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t
     hit->t = t;
     hit->position = p;
     hit->ng = v3_scale(n, 1 / sqrt(nn));
-    hit->error = v3_scale(
-        v3(fabs(u * a.x) + fabs(v * b.x) + fabs(w * c.x), fabs(u * a.y) + fabs(v * b.y) + fabs(w * c.y),
-            fabs(u * a.z) + fabs(v * b.z) + fabs(w * c.z)),
-        ERROR_GAMMA);
+    hit->error = v3_scale(v3_add(absolute(a, u), v3_add(absolute(b, v), absolute(c, w))), ERROR_GAMMA);
+    hit->error = v3_add(hit->error, v3(ERROR_ABSOLUTE, ERROR_ABSOLUTE, ERROR_ABSOLUTE));
     hit->ns = hit->ng;
     if (m->normals) {
         const float *k = &m->normals[9 * (size_t)primitive];
@@ -268,12 +337,33 @@ static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t
 static void exact_surface_hit(const Object *o, const ExactQuery *q, Hit *hit) {
     hit->t = q->best.t;
     hit->position = affine_point(&o->local_to_scene, q->best.position);
-    V3 n = affine_normal(&o->local_to_scene, q->best.normal);
-    if (affine_determinant(&o->local_to_scene) < 0) n = v3_neg(n);
-    hit->ng = hit->ns = v3_normalize(n);
+    hit->ng = hit->ns = object_normal(o, q->best.normal);
     V3 p = hit->position;
     double size = 1e-3 * v3_length(v3_sub(o->bounds_max, o->bounds_min));
     hit->error = v3_scale(v3(fabs(p.x) + size, fabs(p.y) + size, fabs(p.z) + size), ERROR_GAMMA);
+}
+
+static bool query(const TraceScene *s, const Ray *ray, ExactQuery *q, struct RTCRayHit *rayhit) {
+    rayhit->hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rayhit->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    q->ray = ray;
+    rtc_intersect(s, q, rayhit);
+    return rayhit->hit.geomID != RTC_INVALID_GEOMETRY_ID;
+}
+
+/* Puts a caster that lies face to face on the touched receiver just hit in its place. */
+static void prefer_caster(const TraceScene *s, const Ray *ray, ExactQuery *q, struct RTCRayHit *rayhit) {
+    double t = (double)rayhit->ray.tfar, width = 4 * CONTACT_DISTANCE + 1e-6 * t;
+    ExactQuery again = *q;
+    again.skip_touched = true;
+    struct RTCRayHit other = {.ray = rtc_ray(ray)};
+    other.ray.tnear = (float)fmax(t - width, (double)other.ray.tnear);
+    other.ray.tfar = (float)(t + width);
+    if (!query(s, ray, &again, &other)) return;
+    const Object *o = &s->scene->objects[other.hit.geomID];
+    if (!(s->scene->materials[o->material].lobes & LOBE_CASTING)) return;
+    *rayhit = other;
+    *q = again;
 }
 
 /* One query of Embree; objects are not filtered by visibility. */
@@ -281,10 +371,8 @@ static bool nearest(const TraceScene *s, const Ray *ray, Hit *hit) {
     ExactQuery q;
     query_init(&q, s, ray);
     struct RTCRayHit rayhit = {.ray = rtc_ray(ray)};
-    rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtc_intersect(s, &q, &rayhit);
-    if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+    if (!query(s, ray, &q, &rayhit)) return false;
+    if (s->touched[rayhit.hit.geomID]) prefer_caster(s, ray, &q, &rayhit);
     const Object *o = &s->scene->objects[rayhit.hit.geomID];
     hit->object = (int)rayhit.hit.geomID;
     hit->primitive = rayhit.hit.primID;
