@@ -13,7 +13,7 @@ for n in "$@"; do
     d_wineglass) spp=2048 seeds=36 extra=--groups ;;
     plastic_room) spp=1024 seeds=8 ;;
     plastic_room_principled) spp=1024 seeds=8 extra="--plastic principled" scene=plastic_room ;;
-    pool) spp=1024 seeds=14 ;;
+    pool) spp=1024 seeds=13 ;;
     aquarium) spp=1024 seeds=8 ;;
   esac
   # shellcheck disable=SC2086
