@@ -67,6 +67,7 @@ static exr_context_initializer_t initializer(ExrCoreFile *file) {
     init.user_data = file;
     init.max_image_width = init.max_image_height = LARGEST_SIDE;
     init.max_tile_width = init.max_tile_height = LARGEST_SIDE;
+    init.zip_level = 4; /* as OpenEXR from 3.2 on: a sixth less time than 6, one per cent more bytes */
     /* Rebuilding a lost chunk table would make a cut-off file look whole. */
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     return init;

@@ -155,7 +155,11 @@ static cau_result write_chunk(ExrWriter *w, size_t part, int32_t x, int32_t y, i
         channel->user_line_stride = (int32_t)(bytes * width);
         channel->encode_from_ptr = (const uint8_t *)planes[c] + first * bytes;
     }
-    if (fresh) code = exr_encoding_choose_default_routines(w->context, (int)part, &w->pipeline);
+    if (fresh) {
+        code = exr_encoding_choose_default_routines(w->context, (int)part, &w->pipeline);
+        bool zip = p->codec == EXR_COMPRESSION_ZIP || p->codec == EXR_COMPRESSION_ZIPS;
+        if (zip) w->pipeline.compress_fn = exr_zip_compress;
+    }
     if (code == EXR_ERR_SUCCESS) code = exr_encoding_run(w->context, (int)part, &w->pipeline);
     return code == EXR_ERR_SUCCESS ? CAU_OK : failed(w, code, err);
 }

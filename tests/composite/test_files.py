@@ -192,6 +192,15 @@ class Output(Case):
             self.assertEqual((process.returncode, read_bytes(self.path("out.exr"))), (3, b"old"), text)
             self.assertEqual(self.leftovers(), [])
 
+    def test_check_can_be_interrupted(self):
+        self.big()
+        many = [self.path("caustics.exr")] * 100
+        process = subprocess.Popen([MERGE, "check", *many], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        time.sleep(.2)
+        process.send_signal(signal.SIGINT)
+        process.communicate()
+        self.assertEqual(process.returncode, 3)
+
     def test_symlink_is_replaced(self):
         path, _ = self.beauty()
         caustics, _ = self.caustics()

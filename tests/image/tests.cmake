@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 set(IMAGE_TEST_OBJECTS caustics_core_objects caustics_image_objects)
 caustics_test(layer_names SOURCES ${CMAKE_SOURCE_DIR}/tests/image/test_layer_names.c OBJECTS ${IMAGE_TEST_OBJECTS})
+caustics_test(half SOURCES ${CMAKE_SOURCE_DIR}/tests/image/test_half.c OBJECTS ${IMAGE_TEST_OBJECTS})
 caustics_test(exr_write SOURCES ${CMAKE_SOURCE_DIR}/tests/image/test_exr_write.c OBJECTS ${IMAGE_TEST_OBJECTS})
 
 # A Python that has the reference reader; without one the comparison with it is not run.
