@@ -5,6 +5,7 @@
 #include "core/checked.h"
 #include "image/exr_attr_io.h"
 #include "image/exr_core.h"
+#include "image/exr_zip.h"
 
 #include <limits.h>
 #include <string.h>
@@ -157,7 +158,8 @@ static cau_result write_chunk(ExrWriter *w, size_t part, int32_t x, int32_t y, i
     }
     if (fresh) {
         code = exr_encoding_choose_default_routines(w->context, (int)part, &w->pipeline);
-        bool zip = p->codec == EXR_COMPRESSION_ZIP || p->codec == EXR_COMPRESSION_ZIPS;
+        bool zip = (exr_compression_t)p->codec == EXR_COMPRESSION_ZIP ||
+                   (exr_compression_t)p->codec == EXR_COMPRESSION_ZIPS;
         if (zip) w->pipeline.compress_fn = exr_zip_compress;
     }
     if (code == EXR_ERR_SUCCESS) code = exr_encoding_run(w->context, (int)part, &w->pipeline);

@@ -7,8 +7,8 @@
 
 enum { ZIP_LEVEL = 4 }; /* what OpenEXR itself uses */
 
-/* The format's filter (OpenEXR technical introduction, "ZIP compression"): even bytes first, then odd ones, then
- * differences of neighbours, offset by 128. */
+/* The format's filter (OpenEXR technical introduction, "ZIP compression"): even bytes first, then odd ones,
+ * then differences of neighbours, offset by 128. */
 static void filter_bytes(const uint8_t *in, uint8_t *out, size_t count) {
     size_t half = (count + 1) / 2;
     for (size_t i = 0; i < count; i++) out[i % 2 ? half + i / 2 : i / 2] = in[i];
@@ -38,7 +38,8 @@ exr_result_t exr_zip_compress(exr_encode_pipeline_t *encode) {
     if (result == EXR_ERR_SUCCESS) {
         filter_bytes(encode->packed_buffer, filtered, count);
         /* One byte of room less: a reader takes a chunk of full size as stored pixels. */
-        size_t size = libdeflate_zlib_compress(deflate, filtered, count, encode->compressed_buffer, count - 1);
+        size_t size =
+            libdeflate_zlib_compress(deflate, filtered, count, encode->compressed_buffer, count - 1);
         if (size == 0) {
             memcpy(encode->compressed_buffer, encode->packed_buffer, count);
             size = count;
