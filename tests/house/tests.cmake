@@ -17,3 +17,4 @@ caustics_house_test(libraries caustics=$<TARGET_FILE:caustics> caustics-io=$<TAR
   caustics-composite=$<TARGET_FILE:caustics-composite>)
 caustics_house_test(install ${CMAKE_BINARY_DIR} ${CMAKE_COMMAND} ${CMAKE_GENERATOR} ${CMAKE_C_COMPILER}
   ${PROJECT_VERSION} "${house_sanitize}")
+caustics_house_test(readme $<TARGET_FILE_DIR:caustic-render>)

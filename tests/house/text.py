@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Licence lines, lengths, and words that do not belong in the project."""
+"""Licence lines, lengths, links, and words that do not belong in the project."""
 import re
 
-from house import finish, lines, tracked
+from house import ROOT, finish, lines, tracked
 
-FILE_MAX, TEST_FILE_MAX = 450, 650
+FILE_MAX, TEST_FILE_MAX = 500, 650
 FUNCTION_MAX = 60  # lines; most are far below
 SOURCES = (".c", ".h", ".cpp", ".def", ".py", ".sh", ".cmake")
 MACHINE_PATH = re.compile(r"(?<![\w.$}])/(work|home|Users|mnt|shared)/")
@@ -41,6 +41,13 @@ def check_source(path, text):
                 problems.append(f"{path}:{number}: a library never ends its host")
 
 
+def check_links(path, text):
+    for number, line in enumerate(text, 1):
+        for target in re.findall(r"\]\(([^)#:\s]+)\)", line):
+            if not (ROOT / path.parent / target).exists():
+                problems.append(f"{path}:{number}: a link to {target}, which does not exist")
+
+
 count = 0
 for path in tracked():
     try:
@@ -51,6 +58,8 @@ for path in tracked():
     for number, line in enumerate(text, 1):
         if MACHINE_PATH.search(line):
             problems.append(f"{path}:{number}: a path of one machine")
+    if path.suffix == ".md":
+        check_links(path, text)
     if path.name.endswith(SOURCES):
         check_source(path, text)
 finish(problems, f"{count} text files")
