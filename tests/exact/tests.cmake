@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: Apache-2.0
+# Answers that are known, by the program alone. Long versions: bench/exact.
+find_program(CAUSTICS_OIIO_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
+
+# caustics_script_test(NAME SCRIPT ARGUMENTS...): a Python test that drives caustic-render.
+function(caustics_script_test name script)
+  if(NOT CAUSTICS_OIIO_PYTHON)
+    return()
+  endif()
+  add_test(NAME ${name} COMMAND ${CAUSTICS_OIIO_PYTHON} ${script} ${ARGN})
+  set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 ENVIRONMENT
+    "CAUSTIC_RENDER=$<TARGET_FILE:caustic-render>;PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${CMAKE_SOURCE_DIR}/tests/exact")
+endfunction()
+
+set(EXACT ${CMAKE_SOURCE_DIR}/tests/exact)
+caustics_script_test(exact_answers ${EXACT}/exact_answers.py 0.4)
+# A truth that is wrong by 4 % must be noticed.
+caustics_script_test(exact_answers_can_fail ${EXACT}/exact_answers.py 0.4 straight --off 0.04)
+caustics_script_test(flux_account ${EXACT}/flux_account.py)
+caustics_script_test(lights ${EXACT}/lights.py)
+caustics_script_test(peak_memory ${EXACT}/lights.py memory 1e6 8e6)
+if(CAUSTICS_OIIO_PYTHON)
+  set_tests_properties(exact_answers_can_fail PROPERTIES WILL_FAIL TRUE)
+endif()
