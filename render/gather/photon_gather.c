@@ -75,7 +75,9 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     if (fabs(height) > SUPPORT_HEIGHT * r) return;
     if (v3_dot(normal_decode(d->normal), s->normal) < SUPPORT_COSINE) return;
     if (!bounces_pass(&s->run->scene->bounces, s->point, d)) return;
-    if (s->support->mixed && !support_sees(s->run->trace, s->point, s->support, place)) return;
+    if (s->support->mixed &&
+        !support_sees(s->run->trace, s->point, s->support, v3_mad(place, -height, s->normal)))
+        return;
     double kernel = 1 - fmax(0, distance2 - height * height) * s->inverse_r2;
     if (kernel <= 0) return;
     s->flux =

@@ -197,5 +197,5 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
     if (near.blockers)
         out->integral = probe_integral(trace, point, out, &plane, &near);
     else if (!near.full)
-        out->integral = fmax(sheet_integral(&near, radius), 0.02 * open);
+        out->integral = clamp(sheet_integral(&near, radius), 0.02 * open, open);
 }
