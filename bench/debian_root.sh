@@ -39,6 +39,7 @@ in_root() {
     root=$1; shift
     mount -t proc proc "$root/proc"
     for d in null zero full random urandom tty; do touch "$root/dev/$d"; mount --bind "/dev/$d" "$root/dev/$d"; done
+    mkdir -p "$root/dev/pts" && mount --bind /dev/pts "$root/dev/pts"
     mkdir -p "$root/dev/shm" && mount -t tmpfs tmpfs "$root/dev/shm"
     exec env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 \
       TERM=dumb chroot "$root" "$@"' - "$root" "$@"

@@ -92,6 +92,7 @@ static cau_result run(cau_scene *scene, cau_render *render, const RenderArgument
     if (a->explain) {
         cau_result planned = cau_render_plan(render);
         if (planned == CAU_OK) fputs(cau_render_explain(render), stdout);
+        fflush(stdout);
         if (planned != CAU_OK || !a->output) return planned;
     }
     cau_result started = cau_render_start(render);

@@ -15,8 +15,8 @@ HEADERS = {
 SYSTEM = r"lib(c|m|pthread|gcc_s|stdc\+\+)\.so.*|ld-linux.*|lib(asan|ubsan|tsan)\.so.*"
 NEEDS = {
     "caustics": r"libembree[34]\.so.*",
-    "caustics-io": r"libcaustics\.so\.0|lib(OpenEXR|OpenEXRCore|Imath|Iex|IlmThread)-.*|libjansson.*|libassimp.*",
-    "caustics-composite": r"lib(OpenEXR|OpenEXRCore|Imath|Iex|IlmThread)-.*|libjansson.*|libOpenColorIO.*|libpng.*",
+    "caustics-io": r"libcaustics\.so\.0|lib(OpenEXR|OpenEXRCore|Imath|Iex|IlmThread)-.*|libjansson.*|libassimp.*|libdeflate.*",
+    "caustics-composite": r"lib(OpenEXR|OpenEXRCore|Imath|Iex|IlmThread)-.*|libjansson.*|libOpenColorIO.*|libpng.*|libdeflate.*",
 }
 problems = []
 
