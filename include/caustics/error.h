@@ -2,7 +2,7 @@
 /** @file
  *  Result codes shared by every public call.
  *
- *  Every call that can fail returns a cau_result. The context (cau_context, see context.h) keeps the first
+ *  Every call that can fail returns a cau_result. The context (cau_context, see scene.h) keeps the first
  *  error as one full sentence: what failed, in which file or object, the offending value, the limit, and what
  *  to do about it. */
 #ifndef CAUSTICS_ERROR_H

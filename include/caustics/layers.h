@@ -30,7 +30,7 @@ extern "C" {
 #define CAU_ATTRIBUTE_MERGE "caustics/merge"     /**< string: JSON, what `caustic-merge add` did */
 #define CAU_ATTRIBUTE_COLOR_ID "colorInteropID"  /**< string: the colour space, by the ASWF's list */
 
-/** What a layer holds. The names in CAU_ATTRIBUTE_LAYERS are those of cau_layer_kind_name(). */
+/** What a layer holds. In quotes: its name in CAU_ATTRIBUTE_LAYERS. */
 typedef enum cau_layer_kind {
     CAU_LAYER_RADIANCE = 0,   /**< "radiance": added to the beauty */
     CAU_LAYER_INDIRECT = 1,   /**< "indirect": added to the beauty */

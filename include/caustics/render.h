@@ -40,7 +40,7 @@ typedef struct cau_render_options {
     int width, height;     /**< 0: as in the scene */
     int region[4];         /**< x0, y0, x1, y1 in pixels, exclusive ends; all 0: the whole picture */
     int estimator;         /**< CAU_ESTIMATOR_* */
-    unsigned layers;       /**< CAU_LAYER_* */
+    unsigned layers;       /**< CAU_WANT_* */
     int indirect;          /**< CAU_INDIRECT_* */
     int physical_radiance; /**< 1: radiance scales with n^2 at interfaces as in nature; 0: as Cycles does */
     size_t memory_bytes;   /**< budget; 0: 2 GiB */
