@@ -114,7 +114,7 @@ def ball_profile(effort):
 
 def slab_scene(material, direction, angle, limits=None):
     return scene(down_camera(0, 0, 0.05, 0.4, [16, 16]),
-                 [plane("Floor", [8, 8], [0, 0, 0]), box("Slab", [6, 6, 0.1], [0, 0, 0.2], material)],
+                 [plane("Floor", [8, 8], [0, 0, 0]), box("Slab", [1.5, 1.5, 0.1], [0, 0, 0.2], material)],
                  [sun(direction, angle=angle)], limits)
 
 

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""P's kernels at edges, corners and thin walls. A sheet of ior 1 makes evenly spread light a caustic."""
+import math
+import os
+
+import numpy as np
+
+from rig import Check, Figure, box, down_camera, look_camera, plane, run, scene, sun
+
+PHOTONS = int(150000 * float(os.environ.get("EFFORT", "1")))
+
+
+def irradiance(s, seed, photons=PHOTONS):
+    r = run(s, "--estimator", "P", "--photons", photons, "--seed", seed, "--effects", "direct", "--layers", "radiance")
+    return math.pi * r["caustics_Sun"][:, :, 1]
+
+
+def square(check):
+    """Evenly lit square, the picture's edges are its edges: edge and corner pixels within 2 % of the centre."""
+    n = 16
+    s = scene(down_camera(0, 0, 0.5, 1, [n, n]), [plane("Square", [1, 1], [0, 0, 0]), plane("Sheet", [1.1, 1.1], [0, 0, 1], "air")],
+              [sun([0, 0, -1])])
+    edges, corners, centres = [], [], []
+    for seed in range(1, 9):
+        e = irradiance(s, seed)
+        centres.append(e[4:12, 4:12].mean())
+        edges.append(np.mean([e[0, 2:-2], e[-1, 2:-2], e[2:-2, 0], e[2:-2, -1]]))
+        corners.append(np.mean([e[0, 0], e[0, -1], e[-1, 0], e[-1, -1]]))
+    check.close("square, centre", Figure(centres), 1.0, 0.002, 0.004)
+    check.close("square, edge pixels", Figure(edges), 1.0, 0.02, 0.007)
+    check.close("square, corner pixels", Figure(corners), 1.0, 0.02, 0.01)
+
+
+def far_side(check):
+    """The dark side of what is lit from above: exactly black, also where it is another sheet a hair below."""
+    for gap in (None, 1e-4, 1e-6):
+        objects = [plane("Top", [1, 1], [0, 0, 0]), plane("Sheet", [1.1, 1.1], [0, 0, 1], "air")]
+        if gap:
+            objects.append(plane("Below", [1, 1], [0, 0, -gap]))
+        s = scene(look_camera([0, 0, -1], [0, 0, 0], 1, [16, 16]), objects, [sun([0, 0, -1])])
+        leak = irradiance(s, 1).max()
+        check.that(leak == 0, f"far side of a thin wall, {'itself' if gap is None else f'{gap:g} m below'}: leak {leak:g}")
+
+
+def wall_scene(thickness, direction, camera, tilt=0.0):
+    wall = (plane("Wall", [0.5, 2], [0, 0, 0.25], rotation=(0, 90, 0)) if thickness == 0
+            else box("Wall", [thickness, 2, 0.5], [0, 0, 0.25], "white"))
+    return scene(camera, [plane("Floor", [2, 2], [0, 0, 0]), wall, plane("Sheet", [4, 4], [0, 0, 1], "air")], [sun(direction)])
+
+
+def corner(check):
+    """Floor and wall. Light straight down: even light up to the wall on both sides, none on the wall. Light from one
+    side: the floor behind the wall is black, lit floor and wall are even up to their corner."""
+    n, away = 40, math.sqrt(0.5)
+    for thickness in (0, 0.002):
+        name = "thin wall" if thickness == 0 else "wall of 2 mm"
+        floor = down_camera(0, 0, 0.9, 1, [n, n])
+        even = np.mean([irradiance(wall_scene(thickness, [0, 0, -1], floor), k) for k in range(1, 5)], axis=0)
+        far = even[:, 4:12].mean()
+        for column in (n // 2 - 1, n // 2):
+            rim = even[:, column].mean()
+            check.that(abs(rim / far - 1) < 0.04, f"{name}: floor beside it, column {column}: {rim / far:.4f} of the floor afar")
+        side = look_camera([-0.5, 0, 0.25], [0, 0, 0.25], 1, [n, n // 2])
+        check.that(irradiance(wall_scene(thickness, [0, 0, -1], side), 1).max() == 0, f"{name}: grazing light gives the wall nothing")
+        # Light flies to +x and down: the floor at 0 < x < 0.5 lies in the wall's shadow, whose far end may blur.
+        slanted = [irradiance(wall_scene(thickness, [1, 0, -1], floor), k) for k in range(1, 5)]
+        leak = max(e[:, n // 2 + (thickness > 0):n - 5].max() for e in slanted)
+        check.that(leak == 0, f"{name}: the floor behind it gets {leak:g}")
+        lit = np.mean(slanted, axis=0)
+        rim = lit[:, n // 2 - 1].mean() / lit[:, 4:12].mean()
+        check.that(abs(rim - 1) < 0.04, f"{name}: lit floor at its foot: {rim:.4f} of the floor afar")
+        face = np.mean([irradiance(wall_scene(thickness, [1, 0, -1], side), k) for k in range(1, 5)], axis=0)
+        foot, middle = face[-1].mean() / face[4:12].mean(), face[4:12].mean()
+        check.that(abs(foot - 1) < 0.04 and abs(middle / away - 1) < 0.02,
+                   f"{name}: its lit side {middle:.4f} (cos 45 = {away:.4f}), at its foot {foot:.4f} of that")
+        back = look_camera([0.5, 0, 0.25], [0, 0, 0.25], 1, [n, n // 2])
+        check.that(irradiance(wall_scene(thickness, [1, 0, -1], back), 1).max() == 0, f"{name}: its other side is black")
+
+
+if __name__ == "__main__":
+    found = Check()
+    square(found)
+    far_side(found)
+    corner(found)
+    found.end()
