@@ -48,6 +48,14 @@ static void meet_lights(RefWalk *w, double t_hit) {
     }
 }
 
+/* Numbers of one light's own stream, so that its layer does not depend on the other lights. */
+static void light_numbers(const RefWalk *w, const Light *l, unsigned lobe, double *u, double *v) {
+    uint64_t key =
+        rng_combine(rng_combine(w->numbers.key, l->stream), 64 * (uint64_t)w->numbers.depth + lobe);
+    *u = sobol_owen(w->numbers.index, 0, key);
+    *v = sobol_owen(w->numbers.index, 1, key);
+}
+
 /* Next-event estimation through one kind of lobe. `choice` is the probability with which sampling takes it.
  */
 static void connect(RefWalk *w, const Hit *hit, const ShadingFrame *f, V3 wi, unsigned lobe, double choice) {
@@ -56,7 +64,8 @@ static void connect(RefWalk *w, const Hit *hit, const ShadingFrame *f, V3 wi, un
     for (size_t i = 0; i < scene->light_count; i++) {
         const Light *l = &scene->lights[i];
         LightSample s;
-        double u = path_number(&w->numbers), v = path_number(&w->numbers), pdf = 0;
+        double u, v, pdf = 0;
+        light_numbers(w, l, lobe, &u, &v);
         if (!l->kind->sample(l, hit->position, u, v, &s) || !(s.pdf > 0)) continue;
         Rgb scatter = m->kind->eval(m, f, wi, s.dir, lobe, &pdf);
         if (rgb_black(scatter)) continue;
@@ -76,7 +85,6 @@ static void connect(RefWalk *w, const Hit *hit, const ShadingFrame *f, V3 wi, un
 static bool go_on(RefWalk *w, const Hit *hit, const ShadingFrame *f, V3 wi, unsigned lobes, double choice) {
     const Material *m = hit->material;
     double u[3];
-    path_numbers_next(&w->numbers); /* a sequence for the connections, another for the direction */
     for (int k = 2; k >= 0; k--) u[k] = path_number(&w->numbers);
     path_numbers_next(&w->numbers);
     ScatterSample s;

@@ -20,7 +20,7 @@ static double filter_support(FilterType type, double width) {
 }
 
 void filter_prepare(PixelFilter *filter, FilterType type, double width) {
-    enum { STEPS = 8192 };
+    enum { STEPS = 1 << 16 };
     double support = filter_support(type, width), step = support / STEPS, total = 0;
     filter->type = type;
     filter->width = width;

@@ -7,7 +7,7 @@
 
 #include "render/trace/embree.h"
 
-enum { FILTER_TABLE_SIZE = 1024 };
+enum { FILTER_TABLE_SIZE = 8192 };
 
 /** The inverted cumulative filter, and what splatting needs of it. */
 typedef struct PixelFilter {

@@ -1,0 +1,3 @@
+# SPDX-License-Identifier: Apache-2.0
+caustics_test(gather SOURCES ${CMAKE_SOURCE_DIR}/tests/render/test_gather.c OBJECTS caustics_core_objects caustics-objects
+  LINK embree Threads::Threads)
