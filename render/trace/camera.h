@@ -7,7 +7,7 @@
 
 #include "render/trace/embree.h"
 
-enum { FILTER_TABLE_SIZE = 8192 };
+enum { FILTER_TABLE_SIZE = 16384 };
 
 /** The inverted cumulative filter, and what splatting needs of it. */
 typedef struct PixelFilter {
