@@ -3,6 +3,7 @@
 #include "caustics/render.h"
 #include "caustics/render_file.h"
 #include "caustics/scene_file.h"
+#include "core/file_atomic.h"
 #include "render/render_options.h"
 
 #include <inttypes.h>
@@ -87,6 +88,22 @@ static void show_warnings(const cau_render *render, const RenderArguments *a) {
         fprintf(stderr, "warning: %s\n", cau_render_warning(render, i));
 }
 
+/* Minutes of rendering for a folder that does not exist would be lost: tried before, not after. */
+static cau_result check_output(const RenderArguments *a) {
+    const char *paths[] = {a->output, a->report};
+    CauError error = {0};
+    for (size_t i = 0; i < 2; i++) {
+        FileAtomic file;
+        if (!paths[i]) continue;
+        cau_result result = file_atomic_begin(&file, paths[i], &error);
+        file_atomic_abort(&file);
+        if (result == CAU_OK) continue;
+        fprintf(stderr, "caustic-render: %s\n", error.text);
+        return result;
+    }
+    return CAU_OK;
+}
+
 static cau_result run(cau_scene *scene, cau_render *render, const RenderArguments *a) {
     show_warnings(render, a);
     if (a->explain) {
@@ -109,6 +126,8 @@ int main(int argc, char **argv) {
     RenderArguments arguments;
     int code = render_arguments_parse(argc, argv, &arguments);
     if (code >= 0) return code;
+    cau_result writable = check_output(&arguments);
+    if (writable != CAU_OK) return cau_exit_code(writable);
     cau_context *context = NULL;
     cau_scene *scene = NULL;
     cau_render *render = NULL;
