@@ -14,7 +14,8 @@ failed=0
 in_root "$root" sh -ec '
   cd /root/caustics
   .ci/install build
-  apt-get install -y -qq --no-install-recommends python3-numpy python3-openimageio >/dev/null
+  apt-get install -y -qq --no-install-recommends python3-numpy python3-openimageio openexr \
+    openimageio-tools >/dev/null
   dpkg-query -W -f "\${Package} \${Version}\n" libembree-dev
   cmake -G Ninja -B build -DCAUSTICS_WERROR=OFF
   cmake --build build
