@@ -83,6 +83,18 @@ static cau_result write_result(
     return result;
 }
 
+/* Blender and Nuke would make something else of dots, spaces and long names: say what a light is called now.
+ */
+static void show_mapped_names(cau_render *render, cau_scene *scene, const RenderArguments *a) {
+    for (size_t i = 0; !a->quiet && i < cau_render_light_count(render); i++) {
+        char name[32];
+        int mapped = 0;
+        if (cau_render_layer_name(render, scene, i, name, sizeof name, &mapped) == CAU_OK && mapped)
+            fprintf(
+                stderr, "note: the layer of \"%s\" is called %s\n", cau_render_light(render, i).light, name);
+    }
+}
+
 static void show_warnings(const cau_render *render, const RenderArguments *a) {
     for (size_t i = 0; !a->quiet && cau_render_warning(render, i); i++)
         fprintf(stderr, "warning: %s\n", cau_render_warning(render, i));
@@ -106,6 +118,7 @@ static cau_result check_output(const RenderArguments *a) {
 
 static cau_result run(cau_scene *scene, cau_render *render, const RenderArguments *a) {
     show_warnings(render, a);
+    show_mapped_names(render, scene, a);
     if (a->explain) {
         cau_result planned = cau_render_plan(render);
         if (planned == CAU_OK) fputs(cau_render_explain(render), stdout);

@@ -22,7 +22,7 @@ static const char help_text[] =
     "  -o FILE                where the layers go; written beside and renamed when whole\n"
     "  --photons N            photons per light [4000000]; with -e R, camera paths\n"
     "  --time S               stop after S seconds\n"
-    "  --error E              stop when RMSE / RMS of the layers is E, e.g. 0.05\n"
+    "  --error E              stop when the noise (RMSE / RMS of the layers) is E\n"
     "  --seed K               another set of random numbers [0]\n"
     "  --threads T            [one per processor]; the bytes do not depend on it\n"
     "  --resolution WxH       instead of the scene's\n"

@@ -24,6 +24,12 @@ typedef struct cau_write_options {
 CAU_API cau_result cau_render_write(
     cau_render *render, cau_scene *scene, const char *path, const cau_write_options *options);
 
+/** The layer name of light or group `index` (0 .. cau_render_light_count() - 1), e.g. "caustics_key"; `out`
+ * has room for `size` bytes (32 are enough). *mapped becomes 1 when it is not simply "caustics_" + the
+ * light's name: worth telling the user; the header keeps the original. */
+CAU_API cau_result cau_render_layer_name(
+    cau_render *render, cau_scene *scene, size_t index, char *out, size_t size, int *mapped);
+
 /** Writes the figures of an ended render (error, flux, photons per light, seconds) as JSON. */
 CAU_API cau_result cau_render_write_report(cau_render *render, cau_scene *scene, const char *path);
 

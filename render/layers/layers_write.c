@@ -207,3 +207,17 @@ cau_result cau_render_write(
     layer_list_free(&o.list);
     return result;
 }
+
+cau_result cau_render_layer_name(
+    cau_render *render, cau_scene *scene, size_t index, char *out, size_t size, int *mapped) {
+    Out o = {.render = render, .scene = scene, .err = &scene->context->error};
+    o.light_count = cau_render_light_count(render);
+    if (index >= o.light_count) return error_set(o.err, CAU_ERROR_USAGE, "light %zu does not exist", index);
+    cau_result result = map_names(&o);
+    if (result == CAU_OK) {
+        snprintf(out, size, "%s", o.bases[index].name);
+        *mapped = o.bases[index].mapped;
+    }
+    free(o.bases);
+    return result;
+}

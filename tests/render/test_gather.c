@@ -192,7 +192,8 @@ static void filter_samples_have_its_density(void **state) {
             drawn += square(filter_sample(&f, (i + 0.5) / N)) / N;
         }
         assert_true(fabs(integral - 1) < 1e-4);
-        if (fabs(drawn / second - 1) > 2e-3) fail_msg("filter %d: second moment %g drawn, %g by its density", t, drawn, second);
+        if (fabs(drawn / second - 1) > 2e-3)
+            fail_msg("filter %d: second moment %g drawn, %g by its density", t, drawn, second);
     }
 }
 
