@@ -2,6 +2,7 @@
 #include "render/trace/embree.h"
 
 #include "core/checked.h"
+#include "render/trace/contact.h"
 
 #include <float.h>
 
@@ -160,45 +161,11 @@ static cau_result device_check(const TraceScene *s, const char *what, CauError *
         (int)code, what);
 }
 
-enum { CONTACT_TRIANGLES_MAX = 20000, CONTACT_NEAR = 32 };
-
-/* Distance (scene space) below which two parallel faces are one. */
-#define CONTACT_DISTANCE 1e-6
-
-static bool faces_touch(const NearTriangle *n, V3 p, V3 normal) {
-    V3 m = v3_cross(v3_sub(n->b, n->a), v3_sub(n->c, n->a));
-    double length = v3_length(m);
-    return length > 0 && fabs(v3_dot(m, normal)) > 0.9999 * length &&
-           fabs(v3_dot(m, v3_sub(p, n->a))) < CONTACT_DISTANCE * length;
-}
-
-/* Marks the receivers that a caster's triangles lie on, looked for at the triangles' centres. */
-static void find_contacts(TraceScene *s, const Object *caster) {
-    const Mesh *m = &caster->mesh;
-    size_t step = m->triangle_count / CONTACT_TRIANGLES_MAX + 1;
-    for (size_t t = 0; t < m->triangle_count; t += step) {
-        const uint32_t *index = &m->triangles[3 * t];
-        V3 a = vertex(m, index[0]), b = vertex(m, index[1]), c = vertex(m, index[2]);
-        V3 p = v3_scale(v3_add(a, v3_add(b, c)), 1.0 / 3), n = v3_cross(v3_sub(b, a), v3_sub(c, a));
-        double length = v3_length(n);
-        if (!(length > 0)) continue;
-        NearTriangle found[CONTACT_NEAR];
-        size_t count = trace_collect(s, p, 2 * CONTACT_DISTANCE, found, CONTACT_NEAR);
-        for (size_t i = 0; i < count && i < CONTACT_NEAR; i++) {
-            unsigned lobes = s->scene->materials[s->scene->objects[found[i].object].material].lobes;
-            if (found[i].exact || (lobes & LOBE_CASTING)) continue;
-            if (faces_touch(&found[i], p, v3_scale(n, 1 / length))) s->touched[found[i].object] = true;
-        }
-    }
-}
-
 /* Filters cost a call per hit: only the touched geometries get one. */
 static void mark_contacts(TraceScene *s) {
     const Scene *scene = s->scene;
     bool any = false;
-    for (size_t i = 0; i < scene->object_count; i++)
-        if (scene->materials[scene->objects[i].material].lobes & LOBE_CASTING)
-            find_contacts(s, &scene->objects[i]);
+    contacts_find(s, scene, s->touched);
     for (size_t i = 0; i < scene->object_count; i++) {
         if (!s->touched[i]) continue;
         RTCGeometry g = rtcGetGeometry(s->rtc, (unsigned)i);
