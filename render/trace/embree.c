@@ -237,7 +237,7 @@ Ray ray_from_hit(const Hit *hit, V3 dir, double t_max, unsigned visibility) {
     return (Ray){.origin = hit->position,
         .dir = dir,
         .offset = v3_scale(hit->ng, d),
-        .t_min = fabs(d) * 0.5,
+        .t_min = hit->slack / fmax(fabs(v3_dot(dir, hit->ng)), 1e-3),
         .t_max = t_max,
         .visibility = visibility};
 }
@@ -281,14 +281,19 @@ static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t
     }
     V3 p = v3_mad(ray->origin, t, ray->dir), ap = v3_sub(p, a);
     double nn = v3_dot(n, n), v = v3_dot(v3_cross(ap, ac), n) / nn, w = v3_dot(v3_cross(ab, ap), n) / nn;
-    v = clamp(v, 0, 1);
-    w = clamp(w, 0, 1 - v);
-    double u = 1 - v - w;
+    double v_inside = clamp(v, 0, 1), w_inside = clamp(w, 0, 1 - v_inside), u = 1 - v_inside - w_inside;
+    /* Embree's single-precision ray met this triangle, the true line meets its plane beside it: near a convex
+     * edge that point is off the body, so the nearest one on the triangle is taken. */
+    if (v_inside != v || w_inside != w)
+        p = v3_add(v3_scale(a, u), v3_add(v3_scale(b, v_inside), v3_scale(c, w_inside)));
+    v = v_inside;
+    w = w_inside;
     hit->t = t;
     hit->position = p;
     hit->ng = v3_scale(n, 1 / sqrt(nn));
     hit->error = v3_scale(v3_add(absolute(a, u), v3_add(absolute(b, v), absolute(c, w))), ERROR_GAMMA);
     hit->error = v3_add(hit->error, v3(ERROR_ABSOLUTE, ERROR_ABSOLUTE, ERROR_ABSOLUTE));
+    hit->slack = 0;
     hit->ns = hit->ng;
     if (m->normals) {
         const float *k = &m->normals[9 * (size_t)primitive];
@@ -308,6 +313,8 @@ static void exact_surface_hit(const Object *o, const ExactQuery *q, Hit *hit) {
     V3 p = hit->position;
     double size = 1e-3 * v3_length(v3_sub(o->bounds_max, o->bounds_min));
     hit->error = v3_scale(v3(fabs(p.x) + size, fabs(p.y) + size, fabs(p.z) + size), ERROR_GAMMA);
+    /* The surface itself is intersected in double precision: a few roundings of its coordinates. */
+    hit->slack = 1e-13 * (v3_length(p) + 1e3 * size);
 }
 
 static bool query(const TraceScene *s, const Ray *ray, ExactQuery *q, struct RTCRayHit *rayhit) {

@@ -27,6 +27,8 @@ typedef struct Hit {
     V3 position;
     V3 ng, ns; /**< unit, front side; ns is the interpolated normal, in ng's hemisphere */
     V3 error;  /**< half size of the box that holds the exact point in single precision */
+    double
+        slack; /**< along the normal: how near the next hit may be before it is this exact surface itself */
     double t;
     int object;
     uint32_t primitive;
