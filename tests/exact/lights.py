@@ -111,9 +111,8 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["memory"]:
         memory(found, int(float(sys.argv[2])), int(float(sys.argv[3])))
     else:
-        # R draws the numbers of all lights from one sequence per pixel: its noise, not its mean, knows the others.
-        alone_and_together(found, "P")
         for which in "PR":
+            alone_and_together(found, which)
             twice_as_strong(found, which)
         sum_rule(found)
         threads(found)
