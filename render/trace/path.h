@@ -69,12 +69,10 @@ static inline bool bounces_allow(
            (b->total < 0 || diffuse + glossy + transmission <= b->total);
 }
 
-/** The frame of a hit as seen from wi, which points away from the surface. */
-static inline ShadingFrame frame_from_hit(const Hit *hit, V3 wi) {
-    bool front = v3_dot(hit->ng, wi) >= 0;
-    if (front) return (ShadingFrame){hit->ng, hit->ns, true};
-    return (ShadingFrame){v3_neg(hit->ng), v3_neg(hit->ns), false};
-}
+/** The frame of a hit as seen from wi, which points away from the surface. Where an interpolated normal would
+ *  mirror wi into the surface it is bent towards the geometric one, as Cycles does (shading_bend() in
+ * path.c). */
+ShadingFrame frame_from_hit(const Hit *hit, V3 wi);
 
 /** Correction of interpolated normals for light carried from the lamp (Veach 1996, eq. 5.19): with it photons
  *  agree with a path tracer that uses |w.ns|. */
