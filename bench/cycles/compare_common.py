@@ -85,31 +85,57 @@ def blocks(image, n=8):
     return image[:h, :w].reshape(h // n, n, w // n, n, -1).mean((1, 3))
 
 
-def block_error(error, n=8, spread=1.0):
-    """Standard error of block means from the pixels' own. A pixel filter wider than a pixel makes neighbours err alike:
-    `spread` is how many pixels one sample touches, in root mean square."""
-    return np.sqrt(blocks(error * error, n)) / n * spread
+def block_error(error, n=8):
+    """Standard error of block means from the pixels' own, taken as independent."""
+    return np.sqrt(blocks(error * error, n)) / n
 
 
-def chance_outside(reference, error, relative, k, tail_error=None):
-    """Share of values that chance alone puts outside  relative * reference + k * error, of two pictures that agree."""
+def mean_error(error):
+    """Standard error of the mean of all values; the three channels of a pixel err together."""
+    return math.sqrt((error.mean(-1) ** 2).sum()) / (error.shape[0] * error.shape[1])
+
+
+def chance_outside(reference, error, relative, k):
+    """Share of values that chance alone puts outside  relative * reference + k * error  of two equal pictures."""
     with np.errstate(divide="ignore", invalid="ignore"):
         limit = np.where(error > 0, k + relative * np.abs(reference) / error, np.inf)
-    erfc = np.frompyfunc(lambda x: math.erfc(min(x, 30.0)), 1, 1)
-    return float(erfc(limit / math.sqrt(2)).astype(float).mean())
+    return float(np.mean([math.erfc(x / math.sqrt(2)) for x in np.minimum(limit, 40).ravel()]))
+
+
+def worst_block(difference, reference, error, relative, floor):
+    """The block that leaves  relative * reference  by most of its errors; blocks darker than `floor` are left out.
+    Returns (row, column), difference, reference, error, all of the mean of the channels; None without any."""
+    d, c, e = (x.mean(-1) for x in (difference, reference, error))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        z = (np.abs(d) - relative * np.abs(c)) / e
+    z[~np.isfinite(z) | (c < floor)] = -np.inf
+    if not np.isfinite(z).any():
+        return None
+    at = np.unravel_index(np.argmax(z), z.shape)
+    return (int(at[0]), int(at[1])), float(d[at]), float(c[at]), float(e[at])
 
 
 # ---- tables and pictures ----
 
-def write_tables(stem, columns, rows):
-    """stem.tsv and stem.md."""
-    os.makedirs(os.path.dirname(os.path.abspath(stem)), exist_ok=True)
-    with open(stem + ".tsv", "w", encoding="utf-8") as file:
+def write_table(path, columns, rows):
+    os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+    with open(path, "w", encoding="utf-8") as file:
         for row in [columns] + rows:
             file.write("\t".join(str(x) for x in row) + "\n")
-    with open(stem + ".md", "w", encoding="utf-8") as file:
-        for row in [columns, ["---"] * len(columns)] + rows:
-            file.write("| " + " | ".join(str(x) for x in row) + " |\n")
+
+
+def markdown(columns, rows):
+    lines = [columns, ["---"] * len(columns)] + rows
+    return "".join("| " + " | ".join(str(x) for x in row) + " |\n" for row in lines)
+
+
+def put_into_page(page, name, text):
+    """Replaces what stands between <!-- name --> and <!-- end of name --> of a Markdown page."""
+    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    with open(page, encoding="utf-8") as file:
+        before, rest = file.read().split(begin)
+    with open(page, "w", encoding="utf-8") as file:
+        file.write(before + begin + text + rest[rest.index(end):])
 
 
 def write_png(path, image, exposure=1.0):
