@@ -6,7 +6,7 @@ set -euo pipefail
 . "$(dirname "$0")/debian_root.sh"
 root=${1:-/var/tmp/caustics-debian13}
 [ $# -eq 0 ] || shift
-[ $# -gt 0 ] || set -- -L 'core|scene|material|light|render|exact|image|house'
+[ $# -gt 0 ] || set -- -L 'core|scene|material|light|render|exact|image|cli|house'
 
 debian_root trixie "$root"
 clone_into "$root"
