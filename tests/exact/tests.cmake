@@ -13,9 +13,9 @@ function(caustics_script_test name script)
 endfunction()
 
 set(EXACT ${CMAKE_SOURCE_DIR}/tests/exact)
-caustics_script_test(exact_answers ${EXACT}/exact_answers.py 0.4)
+caustics_script_test(exact_answers ${EXACT}/exact_answers.py 0.25)
 # A truth that is wrong by 4 % must be noticed.
-caustics_script_test(exact_answers_can_fail ${EXACT}/exact_answers.py 0.4 straight --off 0.04)
+caustics_script_test(exact_answers_can_fail ${EXACT}/exact_answers.py 0.25 straight --off 0.04)
 caustics_script_test(flux_account ${EXACT}/flux_account.py)
 caustics_script_test(lights ${EXACT}/lights.py)
 caustics_script_test(peak_memory ${EXACT}/lights.py memory 1e6 4e6)
