@@ -88,7 +88,7 @@ static void connect_camera(LightWalk *w, const Hit *hit, unsigned lobe) {
 static bool light_surface(LightWalk *w, const Hit *hit, int depth) {
     const Object *o = &w->run->scene->objects[hit->object];
     V3 wi = v3_neg(w->ray.dir);
-    ShadingFrame f = frame_from_hit(hit, wi);
+    ShadingFrame f = frame_from_light(hit, wi);
     unsigned lobes = hit->material->lobes;
     bool next_to_light = w->chain.diffuse + w->chain.glossy + w->chain.transmission == 0;
     if (next_to_light) {

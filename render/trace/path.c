@@ -24,10 +24,13 @@ static V3 shading_bend(V3 ng, V3 ns, V3 wi) {
     return v3_add(v3_scale(side, sin(t)), v3_scale(ng, cos(t)));
 }
 
+ShadingFrame frame_from_light(const Hit *hit, V3 wi) {
+    if (v3_dot(hit->ng, wi) >= 0) return (ShadingFrame){hit->ng, hit->ns, true};
+    return (ShadingFrame){v3_neg(hit->ng), v3_neg(hit->ns), false};
+}
+
 ShadingFrame frame_from_hit(const Hit *hit, V3 wi) {
-    bool front = v3_dot(hit->ng, wi) >= 0;
-    ShadingFrame f = {hit->ng, hit->ns, front};
-    if (!front) f = (ShadingFrame){v3_neg(hit->ng), v3_neg(hit->ns), false};
+    ShadingFrame f = frame_from_light(hit, wi);
     bool flat = hit->ns.x == hit->ng.x && hit->ns.y == hit->ng.y && hit->ns.z == hit->ng.z;
     if (!flat) f.ns = shading_bend(f.ng, f.ns, wi);
     return f;

@@ -73,6 +73,11 @@ static inline bool bounces_allow(
  *  mirror wi into the surface it is bent towards the geometric one, as Cycles does (shading_bend() in
  * path.c). */
 ShadingFrame frame_from_hit(const Hit *hit, V3 wi);
+/** The same for light carried from the lamp, with the interpolated normal as it is: Cycles bends it by the
+ * eye's direction, which a photon does not know yet, and all that it bends leaves at one height over the
+ * surface, so that no photon could find it. On coarse smooth meshes photons are darker than Cycles by that
+ * light. */
+ShadingFrame frame_from_light(const Hit *hit, V3 wi);
 
 /** Correction of interpolated normals for light carried from the lamp (Veach 1996, eq. 5.19): with it photons
  *  agree with a path tracer that uses |w.ns|. */

@@ -194,7 +194,7 @@ static bool scatter(
 static bool surface(Flight *f, const Hit *hit) {
     FluxAccount *a = &f->batch->account;
     V3 wi = v3_neg(f->ray.dir);
-    ShadingFrame frame = frame_from_hit(hit, wi);
+    ShadingFrame frame = frame_from_light(hit, wi);
     unsigned lobes = hit->material->lobes;
     PathOwner owner = OWNER_CYCLES;
     bool receiver = lobes & LOBE_DIFFUSE;
