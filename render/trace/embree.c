@@ -275,8 +275,10 @@ static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t
     double facing = v3_dot(n, ray->dir), t = t_found;
     if (facing != 0) {
         double exact = v3_dot(n, v3_sub(a, ray->origin)) / facing;
+        /* Embree's ray started off the surface: the same plane is that much nearer or farther for it. */
+        double expected = t_found + v3_dot(n, ray->offset) / facing;
         /* A sliver seen edge-on may send the double solution away: then Embree's own is the safer one. */
-        if (isfinite(exact) && fabs(exact - t_found) < 1e-3 * (t_found + v3_length(ab) + v3_length(ac)))
+        if (isfinite(exact) && fabs(exact - expected) < 1e-3 * (t_found + v3_length(ab) + v3_length(ac)))
             t = exact;
     }
     V3 p = v3_mad(ray->origin, t, ray->dir), ap = v3_sub(p, a);
