@@ -85,6 +85,13 @@ def blocks(image, n=8):
     return image[:h, :w].reshape(h // n, n, w // n, n, -1).mean((1, 3))
 
 
+def around(image, reach):
+    """Means over the square of 2 reach + 1 pixels around each."""
+    padded = np.pad(image, ((reach, reach), (reach, reach), (0, 0)), mode="edge")
+    n = 2 * reach + 1
+    return np.lib.stride_tricks.sliding_window_view(padded, (n, n), axis=(0, 1)).mean((-1, -2))
+
+
 def block_error(error, n=8):
     """Standard error of block means from the pixels' own, taken as independent."""
     return np.sqrt(blocks(error * error, n)) / n
