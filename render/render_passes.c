@@ -8,14 +8,14 @@
 /* Kernel radius of the first 131072 photons in pixel footprints; it shrinks with the photons so far to the
  * power of -(1 - alpha) / 2 with alpha = 2/3 (Knaus and Zwicker 2011), without a floor. */
 #define RADIUS_DIRECT 2.0
-#define RADIUS_INDIRECT 8.0
+#define RADIUS_INDIRECT 6.0
 #define RADIUS_EXPONENT (-1.0 / 6)
 #define RADIUS_PHOTONS 131072.0
 /* Photons that a kernel should meet on average, and how far it may shrink at once to meet no more. */
 #define KERNEL_PHOTONS 48.0
 #define RADIUS_SCALE_MIN 0.125
 /* Indirect light is smooth: where few photons come, its kernels start wider. */
-#define RADIUS_SCALE_INDIRECT 3.0
+#define RADIUS_SCALE_INDIRECT 2.0
 /* Share of an indirect run's photons that start towards any surface; the others start towards the casters. */
 #define INDIRECT_SHARE 0.5
 
