@@ -22,7 +22,8 @@ from compare_common import (BEAUTIES, Picture, around, block_error, blocks, chan
 RELATIVE, SIGMAS, RIM, OUTLIERS = 0.01, 2.0, 4 / 1024, 0.003
 COLUMNS = ["scene", "samples per pixel", "values outside, %", "by chance, %", "mean R / Cycles", "its 2 sigma, %",
            "worst 8x8 block: row, column", "its difference, %", "its 2 sigma, %", "CPU s", "verdict"]
-DISC = "Cycles 3.4's point lamp of radius r is a disc that faces the receiver, ours is a ball: up to (r / d)^2 brighter"
+DISC = ("Cycles 3.4's point lamp of radius r is a disc that faces the receiver, ours is a ball: up to (r / d)^2 more light "
+        "at the distance d")
 PLASTIC = "in Cycles 3.4 nodes can only weigh a coat with its Fresnel term at the normal, not at the half vector"
 # Highlights of small lamps are rare finds for a path tracer: more samples. A black picture needs few.
 FACTOR = {"filter_box": 8, "filter_gauss": 8, "filter_bh": 8, "a_ball": 4, "c_water": 1 / 64}
@@ -61,7 +62,10 @@ def row_of(name, spp, figures, seconds, verdict):
     def percent(x):
         return f"{100 * x:.2f}"
     row = [name, spp, percent(figures["outside"]), percent(figures["chance"])]
-    row += [f"{figures['ratio']:.5f}", percent(SIGMAS * figures["sigma"] / figures["mean"])] if figures["ratio"] else ["black", "-"]
+    if figures["ratio"]:
+        row += [f"{figures['ratio']:.5f}", percent(SIGMAS * figures["sigma"] / figures["mean"])]
+    else:
+        row += ["black", "-"]
     if figures["worst"]:
         (at_row, at_column), d, c, e = figures["worst"]
         row += [f"{at_row}, {at_column}", percent(d / c), percent(SIGMAS * e / c)]
