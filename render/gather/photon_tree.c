@@ -34,8 +34,8 @@ static void make_keys(SortKey *keys, const Deposit *items, size_t count) {
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++)
         for (int k = 0; k < 3; k++) {
-            lo[k] = fminf(lo[k], items[i].position[k]);
-            hi[k] = fmaxf(hi[k], items[i].position[k]);
+            lo[k] = lower(lo[k], items[i].position[k]);
+            hi[k] = higher(hi[k], items[i].position[k]);
         }
     double size = 0;
     for (int k = 0; k < 3; k++) size = fmax(size, (double)hi[k] - (double)lo[k]);
@@ -66,41 +66,61 @@ static void sort_keys(SortKey *keys, SortKey *scratch, size_t count) {
     }
 }
 
-static void box_of_deposits(TreeBox *b, const Deposit *items, size_t count) {
-    *b = (TreeBox){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-    for (size_t i = 0; i < count; i++)
-        for (int k = 0; k < 3; k++) {
-            b->lo[k] = lower(b->lo[k], items[i].position[k]);
-            b->hi[k] = higher(b->hi[k], items[i].position[k]);
+static void fill_leaf(TreeLeaf *leaf, const Deposit *items, size_t count) {
+    for (size_t i = 0; i < TREE_WIDTH; i++)
+        for (int k = 0; k < 3; k++) leaf->place[k][i] = i < count ? items[i].position[k] : INFINITY;
+}
+
+/* The box of one leaf or node below becomes child `i`. */
+static void box_of_leaf(TreeBoxes *b, size_t i, const TreeLeaf *leaf, size_t count) {
+    for (int k = 0; k < 3; k++)
+        for (size_t c = 0; c < count; c++) {
+            b->lo[k][i] = lower(b->lo[k][i], leaf->place[k][c]);
+            b->hi[k][i] = higher(b->hi[k][i], leaf->place[k][c]);
         }
 }
 
-static void box_of_boxes(TreeBox *b, const TreeBox *children, size_t count) {
-    *b = children[0];
-    for (size_t i = 1; i < count; i++)
-        for (int k = 0; k < 3; k++) {
-            b->lo[k] = lower(b->lo[k], children[i].lo[k]);
-            b->hi[k] = higher(b->hi[k], children[i].hi[k]);
+static void box_of_boxes(TreeBoxes *b, size_t i, const TreeBoxes *below) {
+    for (int k = 0; k < 3; k++)
+        for (size_t c = 0; c < TREE_WIDTH; c++) {
+            b->lo[k][i] = lower(b->lo[k][i], below->lo[k][c]);
+            b->hi[k][i] = higher(b->hi[k][i], below->hi[k][c]);
         }
 }
 
-static bool build_boxes(PhotonTree *tree) {
+static void fill_boxes(PhotonTree *tree, unsigned level, size_t node) {
+    TreeBoxes *b = &tree->boxes[level - 1][node];
+    for (int k = 0; k < 3; k++)
+        for (size_t c = 0; c < TREE_WIDTH; c++) {
+            b->lo[k][c] = INFINITY;
+            b->hi[k][c] = -INFINITY;
+        }
+    size_t first = node * TREE_WIDTH;
+    for (size_t i = 0; i < TREE_WIDTH && first + i < tree->box_count[level - 1]; i++) {
+        size_t deposits = tree->count - (level == 1 ? (first + i) * TREE_WIDTH : 0);
+        if (level == 1)
+            box_of_leaf(b, i, &tree->leaves[first + i], deposits < TREE_WIDTH ? deposits : TREE_WIDTH);
+        else
+            box_of_boxes(b, i, &tree->boxes[level - 2][first + i]);
+    }
+}
+
+static bool build_levels(PhotonTree *tree) {
     tree->levels = 0;
-    size_t below = tree->count;
-    while (below > 0 && (tree->levels == 0 || below > 1)) {
+    if (tree->count == 0) return true;
+    size_t n = (tree->count + TREE_WIDTH - 1) / TREE_WIDTH;
+    if (!array_reserve((void **)&tree->leaves, &tree->leaf_capacity, n, sizeof(TreeLeaf))) return false;
+    for (size_t i = 0; i < n; i++)
+        fill_leaf(&tree->leaves[i], tree->items + i * TREE_WIDTH, tree->count - i * TREE_WIDTH);
+    tree->box_count[tree->levels++] = n;
+    while (n > 1) {
         unsigned level = tree->levels++;
-        size_t n = (below + TREE_WIDTH - 1) / TREE_WIDTH;
-        if (!array_reserve((void **)&tree->boxes[level], &tree->box_capacity[level], n, sizeof(TreeBox)))
+        n = (n + TREE_WIDTH - 1) / TREE_WIDTH;
+        if (!array_reserve(
+                (void **)&tree->boxes[level - 1], &tree->box_capacity[level - 1], n, sizeof(TreeBoxes)))
             return false;
         tree->box_count[level] = n;
-        for (size_t i = 0; i < n; i++) {
-            size_t first = i * TREE_WIDTH, some = below - first < TREE_WIDTH ? below - first : TREE_WIDTH;
-            if (level == 0)
-                box_of_deposits(&tree->boxes[0][i], tree->items + first, some);
-            else
-                box_of_boxes(&tree->boxes[level][i], tree->boxes[level - 1] + first, some);
-        }
-        below = n;
+        for (size_t i = 0; i < n; i++) fill_boxes(tree, level, i);
     }
     return true;
 }
@@ -116,7 +136,7 @@ cau_result photon_tree_build(PhotonTree *tree, const Deposit *items, size_t coun
         sort_keys(tree->keys, tree->scratch, count);
         for (size_t i = 0; i < count; i++) tree->items[i] = items[tree->keys[i].index];
     }
-    if (!ok || !build_boxes(tree)) {
+    if (!ok || !build_levels(tree)) {
         tree->count = 0;
         tree->levels = 0;
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory to sort %zu photon deposits", count);
@@ -128,6 +148,7 @@ void photon_tree_free(PhotonTree *tree) {
     free(tree->items);
     free(tree->keys);
     free(tree->scratch);
+    free(tree->leaves);
     for (unsigned i = 0; i < TREE_LEVELS_MAX; i++) free(tree->boxes[i]);
     *tree = (PhotonTree){0};
 }
@@ -139,37 +160,44 @@ typedef struct Query {
     void *data;
 } Query;
 
-static bool box_near(const TreeBox *b, const Query *q) {
-    float d2 = 0;
-    for (int k = 0; k < 3; k++) {
-        float below = b->lo[k] - q->center[k], above = q->center[k] - b->hi[k];
-        float d = below > above ? below : above;
-        d2 += d > 0 ? d * d : 0;
-    }
-    return d2 <= q->radius2;
+/* One bit for each of the squared distances that is near enough. */
+static unsigned within(const float *d2, float radius2) {
+    unsigned near = 0;
+    for (unsigned i = 0; i < TREE_WIDTH; i++) near |= d2[i] <= radius2 ? 1u << i : 0;
+    return near;
 }
 
+static float gap(float lo, float p, float hi) { return higher(higher(lo - p, p - hi), 0); }
+
 static void visit_leaf(const Query *q, size_t leaf) {
-    size_t first = leaf * TREE_WIDTH, last = first + TREE_WIDTH;
-    if (last > q->tree->count) last = q->tree->count;
-    for (size_t i = first; i < last; i++) {
-        const Deposit *d = &q->tree->items[i];
-        float x = d->position[0] - q->center[0], y = d->position[1] - q->center[1],
-              z = d->position[2] - q->center[2];
-        float d2 = x * x + y * y + z * z;
-        if (d2 <= q->radius2) q->visit(q->data, d, (double)d2);
+    const TreeLeaf *l = &q->tree->leaves[leaf];
+    float d2[TREE_WIDTH];
+    for (int i = 0; i < TREE_WIDTH; i++) {
+        float x = l->place[0][i] - q->center[0], y = l->place[1][i] - q->center[1],
+              z = l->place[2][i] - q->center[2];
+        d2[i] = x * x + y * y + z * z;
+    }
+    for (unsigned near = within(d2, q->radius2); near; near &= near - 1) {
+        unsigned i = (unsigned)__builtin_ctz(near);
+        q->visit(q->data, &q->tree->items[leaf * TREE_WIDTH + i], (double)d2[i]);
     }
 }
 
 static void visit_node(const Query *q, unsigned level, size_t node) {
-    if (!box_near(&q->tree->boxes[level][node], q)) return;
     if (level == 0) {
         visit_leaf(q, node);
         return;
     }
-    size_t first = node * TREE_WIDTH, last = first + TREE_WIDTH;
-    if (last > q->tree->box_count[level - 1]) last = q->tree->box_count[level - 1];
-    for (size_t i = first; i < last; i++) visit_node(q, level - 1, i);
+    const TreeBoxes *b = &q->tree->boxes[level - 1][node];
+    float d2[TREE_WIDTH];
+    for (int i = 0; i < TREE_WIDTH; i++) {
+        float x = gap(b->lo[0][i], q->center[0], b->hi[0][i]),
+              y = gap(b->lo[1][i], q->center[1], b->hi[1][i]),
+              z = gap(b->lo[2][i], q->center[2], b->hi[2][i]);
+        d2[i] = x * x + y * y + z * z;
+    }
+    for (unsigned near = within(d2, q->radius2); near; near &= near - 1)
+        visit_node(q, level - 1, node * TREE_WIDTH + (unsigned)__builtin_ctz(near));
 }
 
 void photon_tree_query(const PhotonTree *tree, V3 center, double radius, TreeVisit *visit, void *data) {
