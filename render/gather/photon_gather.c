@@ -58,12 +58,25 @@ typedef struct Sum {
     V3 normal;
     Rgb flux;
     uint64_t found;
+    int16_t tested[2]; /* the normal tested last, and what came of it: on flat ground it is always the same */
+    bool faces;
 } Sum;
 
 static bool bounces_pass(const BounceParams *b, const EyePoint *p, const Deposit *d) {
     if (b->total < 0 && b->diffuse < 0 && b->glossy < 0 && b->transmission < 0) return true;
     return bounces_allow(
         b, d->diffuse + 1u, (unsigned)d->glossy + p->glossy, (unsigned)d->transmission + p->transmission);
+}
+
+/* Without fmax()'s care for NaN, which costs a call. */
+static double positive(double x) { return x > 0 ? x : 0; }
+
+static bool faces_alike(Sum *s, const int16_t normal[2]) {
+    if (normal[0] != s->tested[0] || normal[1] != s->tested[1]) {
+        memcpy(s->tested, normal, sizeof s->tested);
+        s->faces = v3_dot(normal_decode(normal), s->normal) >= SUPPORT_COSINE;
+    }
+    return s->faces;
 }
 
 static void add_deposit(void *data, const Deposit *d, double distance2) {
@@ -73,12 +86,12 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     double height = v3_dot(v3_sub(place, s->point->position), s->normal), r = s->support->radius;
     /* The same surface only: by side and normal, by height, and by what stands in between. */
     if (fabs(height) > SUPPORT_HEIGHT * r) return;
-    if (v3_dot(normal_decode(d->normal), s->normal) < SUPPORT_COSINE) return;
+    if (!faces_alike(s, d->normal)) return;
     if (!bounces_pass(&s->run->scene->bounces, s->point, d)) return;
     if (s->support->mixed &&
         !support_sees(s->run->trace, s->point, s->support, v3_mad(place, -height, s->normal)))
         return;
-    double kernel = 1 - fmax(0, distance2 - height * height) * s->inverse_r2;
+    double kernel = 1 - positive(distance2 - height * height) * s->inverse_r2;
     if (kernel <= 0) return;
     s->flux =
         rgb_add(s->flux, rgb_scale(rgb((double)d->flux[0], (double)d->flux[1], (double)d->flux[2]), kernel));
@@ -111,6 +124,7 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
         .point = p,
         .support = support,
         .inverse_r2 = 1 / (r * r),
+        .tested = {INT16_MIN, INT16_MIN}, /* no normal is so */
         .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2])};
     photon_tree_query(job->tree, p->position, r, add_deposit, &sum);
     job->out->found[p->pixel / (uint32_t)job->run->scene->camera.width] += sum.found;
