@@ -66,12 +66,12 @@ static bool overlaps(const V3 *q, double r) {
     for (int k = 1; k < 3; k++) {
         double p[3] = {q[k].x, q[k].y, q[k].z};
         for (int i = 0; i < 3; i++) {
-            lo[i] = fmin(lo[i], p[i]);
-            hi[i] = fmax(hi[i], p[i]);
+            if (p[i] < lo[i]) lo[i] = p[i];
+            if (p[i] > hi[i]) hi[i] = p[i];
         }
     }
     double d2 = 0;
-    for (int i = 0; i < 3; i++) d2 += square(fmax(fmax(lo[i], -hi[i]), 0));
+    for (int i = 0; i < 3; i++) d2 += lo[i] > 0 ? square(lo[i]) : (hi[i] < 0 ? square(hi[i]) : 0);
     return d2 <= r * r;
 }
 
