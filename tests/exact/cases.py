@@ -14,7 +14,7 @@ from rig import (ball, box, down_camera, look_camera, over_seeds, plane, run, sc
 SEEDS = range(1, 9)
 
 # Samples per run at effort 1: photons of P; camera paths of R. R traces as many light paths as pixels per pass.
-PHOTONS, PATHS = 60000, 60000
+PHOTONS, PATHS = 60000, 140000
 
 
 class Effort:
