@@ -77,9 +77,25 @@ def corner(check):
         check.that(irradiance(wall_scene(thickness, [1, 0, -1], back), 1).max() == 0, f"{name}: its other side is black")
 
 
+def fine_tube(check):
+    """Light in a tube whose wall is meshed far finer than the kernel: none outside; and outside light: none inside."""
+    rings = [[0.3, 0.5 * k / 60] for k in range(61)]
+    tube = {"name": "Tube", "shape": {"type": "lathe", "profile": rings, "segments": 256}, "position": [0, 0, 0], "material": "white"}
+    n, at = 40, (np.arange(40) + 0.5) / 40 - 0.5
+    radius = np.hypot(*np.meshgrid(at, at))
+    # Half a pixel's diagonal, so that no pixel sees both sides.
+    for name, inner, outer, dark in (("inside", 0, 0.28, radius > 0.32), ("outside", 0.32, 0.6, radius < 0.28)):
+        sheet = {"name": "Sheet", "shape": {"type": "lathe", "profile": [[inner, 0], [outer, 0]], "segments": 128},
+                 "position": [0, 0, 1], "material": "air"}
+        s = scene(down_camera(0, 0, 0.9, 1, [n, n]), [plane("Floor", [2, 2], [0, 0, 0]), tube, sheet], [sun([0, 0, -1])])
+        e = irradiance(s, 1)
+        check.that(e[dark].max() == 0 and e[~dark].max() > 0.9, f"fine tube, light {name}: leak {e[dark].max():.3g} of 1 (mean {e[dark].mean():.2g})")
+
+
 if __name__ == "__main__":
     found = Check()
     square(found)
     far_side(found)
     corner(found)
+    fine_tube(found)
     found.end()
