@@ -16,7 +16,9 @@ flux) EFFORT=20 $python tests/exact/flux_account.py ;;
 kernels) EFFORT=8 $python tests/exact/kernels.py ;;
 agreement)
   shift
-  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" "${@:-${scenes[@]}}"
+  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" "${@:-${scenes[@]}}" || failed=1
+  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" --soft "${@:-${scenes[@]}}" || failed=1
+  exit "${failed:-0}"
   ;;
 lights) $python tests/exact/lights.py ;;
 memory) $python tests/exact/lights.py memory 1e6 1e8 ;;
