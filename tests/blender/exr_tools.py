@@ -58,7 +58,8 @@ def names_of(path, check):
 def check_parts(path, names, kind, check):
     flags, parts = exrheader(path)
     check.that(flags & 0x1000 and not flags & 0xa00, f"{kind}: several parts, no tiles, no deep data (flags {flags:#x})")
-    check.that([p.get("name") for p in parts] == ["rgb"] + names, f"{kind}: {len(parts)} parts, the sum first, named as the layers")
+    check.that([p.get("name") for p in parts] == ["rgb"] + names,
+               f"{kind}: {len(parts)} parts, the sum first, named as the layers")
     right = [{c: TYPES[kind][0] for c in "RGB"}] + [{f"{n}.{c}": TYPES[kind][0] for c in "RGB"} for n in names]
     check.that([p["channels"] for p in parts] == right,
                f"{kind}: channels carry the layer's name, all {TYPES[kind][0]}")
