@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/gather/support.h"
 
-enum { NEAR_MAX = 96, PROBES = 24 };
+/* Meshes so fine that a disk holds more triangles are looked at by rays alone. */
+enum { NEAR_MAX = 192, PROBES = 24 };
 
 /* Lift of visibility tests over the surface, in radii. */
 #define LIFT 0.02
@@ -93,7 +94,9 @@ static bool same_sheet(const Patch *p, V3 normal, double r) {
 typedef struct Near {
     Patch sheet[NEAR_MAX];
     size_t sheets;
-    bool blockers, full;
+    bool blockers;
+    bool full;  /* an exact surface of the point's own object */
+    bool dense; /* more triangles than `sheet` holds: none is listed */
 } Near;
 
 static void sort_out(const NearTriangle *found, size_t count, const Plane *plane, const EyePoint *point,
@@ -156,6 +159,16 @@ bool support_sees(const TraceScene *trace, const EyePoint *point, const Support 
     return !trace_anything_between(trace, &ray);
 }
 
+/* The same by a ray along the normal, through the slab in which deposits count. */
+static bool above_sheet(
+    const TraceScene *trace, const EyePoint *point, const Plane *plane, V3 place, double r) {
+    double height = SUPPORT_HEIGHT * r;
+    Ray ray = ray_from_point(v3_mad(place, height, plane->n), v3_neg(plane->n), 0, 2 * height, 0);
+    Hit hit;
+    return trace_nearest(trace, &ray, &hit) && hit.object == point->object &&
+           fabs(v3_dot(hit.ng, plane->n)) >= SUPPORT_COSINE;
+}
+
 /* Probes spread like the kernel: a spiral of golden-angle steps, turned at random for each point. The
  * kernel's cumulative is c(s) = 2 s - s^2 with s = (d/r)^2, so s = 1 - sqrt(1 - u). */
 static double probe_integral(const TraceScene *trace, const EyePoint *point, const Support *support,
@@ -166,8 +179,8 @@ static double probe_integral(const TraceScene *trace, const EyePoint *point, con
         double d = r * sqrt(1 - sqrt(1 - (i + 0.5) / PROBES));
         double angle = 2 * CAU_PI * ((double)point->turn + i * 0.6180339887498949);
         double x = d * cos(angle), y = d * sin(angle);
-        if (!on_sheet(near, x, y)) continue;
         V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
+        if (near->dense ? !above_sheet(trace, point, plane, place, r) : !on_sheet(near, x, y)) continue;
         seen += support_sees(trace, point, support, place);
     }
     return CAU_PI * r * r / 2 * fmax(seen, 1) / PROBES;
@@ -178,23 +191,21 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
     *out = (Support){.radius = radius, .integral = open};
     NearTriangle found[NEAR_MAX];
     size_t count = trace_collect(trace, point->position, radius, found, NEAR_MAX);
-    if (count > NEAR_MAX)
-        return; /* finer than the disk in every direction: its edges are lost in the kernel */
     Plane plane = {
         .origin = point->position, .n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2])};
     v3_frame(plane.n, &plane.s, &plane.t);
     /* Which way the winding of the point's own triangle faces, so that the far side of a thin wall is another
      * sheet even where it lies within the tolerance. */
     double facing = 1;
-    for (size_t i = 0; i < count; i++)
+    Near near = {.dense = count > NEAR_MAX};
+    for (size_t i = 0; i < count && !near.dense; i++)
         if (!found[i].exact && found[i].object == point->object && found[i].primitive == point->primitive) {
             V3 n = v3_cross(v3_sub(found[i].b, found[i].a), v3_sub(found[i].c, found[i].a));
             facing = v3_dot(n, plane.n) >= 0 ? 1 : -1;
         }
-    Near near = {.sheets = 0};
-    sort_out(found, count, &plane, point, facing, radius, &near);
-    out->mixed = near.blockers;
-    if (near.blockers)
+    if (!near.dense) sort_out(found, count, &plane, point, facing, radius, &near);
+    out->mixed = near.blockers || near.dense;
+    if (out->mixed)
         out->integral = probe_integral(trace, point, out, &plane, &near);
     else if (!near.full)
         out->integral = clamp(sheet_integral(&near, radius), 0.02 * open, open);
