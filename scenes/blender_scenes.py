@@ -8,9 +8,9 @@ Several renders in one process: repeat the options behind `--job`. Each prints o
 seconds. `--save FILE.blend` keeps the Blender scene, `--spp 0` renders nothing.
 
 What has no exact counterpart in Cycles 3.4 and how it is built:
-  plastic   `--plastic match` (default): Glossy over Diffuse, weighted so that the directional albedo towards the eye is
-            that of the scene format (GGX coat, Schlick, the Lambert part scaled by one minus the coat's albedo).
-            `--plastic principled`: the Principled BSDF that artists use: exact dielectric Fresnel, Disney's diffuse lobe.
+  plastic   with Schlick's term: Glossy over Diffuse, weighted so that the directional albedo towards the eye is that of
+            the scene format (GGX coat, Schlick, the Lambert part scaled by one minus the coat's albedo).
+            "fresnel": "dielectric": the Principled BSDF that artists use; its base is Disney's and not dimmed in 3.4.
   metal     with edge_color unlike color: Glossy weighted in the same way (exact at roughness 0).
   exact sphere, cylinder, heightfield: fine meshes with smooth normals (shapes.py).
 """
@@ -165,7 +165,7 @@ def metal(tree, m):
     return n.outputs[0]
 
 
-def material(name, m, options):
+def material(name, m):
     mat = bpy.data.materials.new(name)
     mat.use_nodes = True
     tree = mat.node_tree
@@ -182,7 +182,7 @@ def material(name, m, options):
         n.inputs["Color"].default_value = (*m["color"], 1)
         shader = n.outputs[0]
     elif kind == "plastic":
-        shader = (plastic_principled if options.plastic == "principled" else plastic_match)(tree, m)
+        shader = (plastic_principled if m.get("fresnel") == "dielectric" else plastic_match)(tree, m)
     elif kind == "metal":
         shader = metal(tree, m)
     elif kind == "glass":
@@ -343,7 +343,7 @@ def build(path, options):
     folder = os.path.dirname(os.path.abspath(path))
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    materials = {k: material(k, m, options) for k, m in doc.get("materials", {}).items()}
+    materials = {k: material(k, m) for k, m in doc.get("materials", {}).items()}
     objects = {}
     for spec in doc.get("objects", []):
         objects[spec["name"]] = add_object(spec, materials, folder)
@@ -407,7 +407,6 @@ def parser():
     p.add_argument("--groups", action="store_true", help="a light group per light or group")
     p.add_argument("--half", action="store_true")
     p.add_argument("--multilayer", action="store_true", help="MultiLayer EXR with colour passes")
-    p.add_argument("--plastic", choices=("match", "principled"), default="match")
     p.add_argument("--threads", type=int, default=0)
     p.add_argument("--save", help="write the Blender scene to this .blend")
     return p

@@ -67,7 +67,7 @@ def render(a, seed, mode, work):
     if not os.path.exists(side):
         cmd = ["nice", "-n", "19", os.environ.get("BLENDER", "blender"), "-b", "--factory-startup", "--python",
                os.path.join(ROOT, "scenes", "blender_scenes.py"), "--", "--scene", a.scene, "--mode", mode, "--spp",
-               str(a.spp), "--seed", str(seed), "--res", a.res, "--plastic", a.plastic, "--threads", str(a.threads),
+               str(a.spp), "--seed", str(seed), "--res", a.res, "--threads", str(a.threads),
                "--out", path] + (["--groups", "--multilayer"] if a.groups else [])
         r = subprocess.run(cmd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         job = [l for l in r.stdout.splitlines() if l.startswith("JOB ")]
@@ -99,7 +99,6 @@ def main():
     p.add_argument("--off-seeds", type=int, help="fewer beauties without caustics, used in turn, where those hardly have noise")
     p.add_argument("--res", default="96x54")
     p.add_argument("--groups", action="store_true")
-    p.add_argument("--plastic", choices=("match", "principled"), default="match")
     p.add_argument("--threads", type=int, default=1)
     p.add_argument("--work", default=os.path.join(ROOT, "build-cycles"))
     a = p.parse_args()

@@ -10,9 +10,9 @@
 enum { LATTICE_POINTS = 1597, LATTICE_STEP = 987 };
 
 /* E(wi) = integral of f cos = mean over visible normals of F(wi.h) G1(wo), light below the horizon lost. */
-static double albedo_quadrature(double f0, double alpha, double cos_i) {
+static double albedo_quadrature(const Coat *coat, double cos_i) {
     V3 wi = v3(sqrt(1.0 - cos_i * cos_i), 0.0, cos_i);
-    double sum = 0.0;
+    double sum = 0.0, alpha = coat->alpha;
     for (int i = 0; i < LATTICE_POINTS; i++) {
         /* The wi-z plane mirrors: with the disk's y axis in it, v in [-1/4, 1/4] covers one half. */
         double u = (i + 0.5) / LATTICE_POINTS,
@@ -20,7 +20,7 @@ static double albedo_quadrature(double f0, double alpha, double cos_i) {
         V3 h = ggx_sample(wi, alpha, u, 0.5 * v - 0.25);
         double c = v3_dot(wi, h);
         V3 wo = reflect_about(wi, h, c);
-        if (wo.z > 0.0) sum += schlick(f0, c) * ggx_g1(wo, alpha);
+        if (wo.z > 0.0) sum += coat_fresnel(coat, c) * ggx_g1(wo, alpha);
     }
     return sum / LATTICE_POINTS;
 }
@@ -31,17 +31,25 @@ static double node_cosine(int i) {
     return x * x * x;
 }
 
-void coat_prepare(Coat *coat, double f0, double alpha) {
+double coat_fresnel(const Coat *coat, double cos_i) {
+    return coat->eta > 0.0 ? fresnel_dielectric(cos_i, coat->eta).reflectance : schlick(coat->f0, cos_i);
+}
+
+/* f0 = ((eta - 1) / (eta + 1))^2 */
+static double eta_of(double f0) { return (1.0 + sqrt(f0)) / (1.0 - sqrt(f0)); }
+
+void coat_prepare(Coat *coat, double f0, bool dielectric, double alpha) {
     coat->f0 = f0;
+    coat->eta = dielectric ? eta_of(f0) : 0.0;
     coat->alpha = alpha;
     if (!(alpha > 0.0)) return;
-    for (int i = 0; i < COAT_NODES; i++) coat->albedo[i] = albedo_quadrature(f0, alpha, node_cosine(i));
+    for (int i = 0; i < COAT_NODES; i++) coat->albedo[i] = albedo_quadrature(coat, node_cosine(i));
 }
 
 /* Catmull-Rom in the cube root of the cosine; the ends are continued in a line. */
 double coat_albedo(const Coat *coat, double cos_i) {
     double c = clamp(cos_i, 0.0, 1.0);
-    if (!(coat->alpha > 0.0)) return schlick(coat->f0, c);
+    if (!(coat->alpha > 0.0)) return coat_fresnel(coat, c);
     double x = cbrt(c) * (COAT_NODES - 1);
     int i = (int)x < COAT_NODES - 2 ? (int)x : COAT_NODES - 2;
     double t = x - i, b = coat->albedo[i], d = coat->albedo[i + 1];

@@ -9,10 +9,13 @@
 #include "render/material/shading.h"
 
 typedef struct PlasticParams {
-    double color[3], roughness, specular;
+    double color[3], roughness, specular, fresnel;
 } PlasticParams;
 
 _Static_assert(sizeof(Coat) <= MATERIAL_DERIVED_MAX * sizeof(double), "the coat must fit Material.derived");
+
+enum { FRESNEL_SCHLICK, FRESNEL_DIELECTRIC };
+static const char *const fresnel_terms[] = {"schlick", "dielectric", NULL};
 
 static const Param params[] = {
     MATERIAL_COLOR(PlasticParams, color, 0.8, PARAM_REQUIRED, "albedo of the base"),
@@ -20,13 +23,20 @@ static const Param params[] = {
         PlasticParams, roughness, 0.5, 0, 1, "of the coat; 0 is smooth; GGX with alpha = roughness squared"),
     MATERIAL_NUMBER(
         PlasticParams, specular, 0.5, 0, 1, "reflectance of the coat seen straight on, in units of 0.08"),
+    {.name = "fresnel",
+        .type = PARAM_CHOICE,
+        .unit = "",
+        .offset = offsetof(PlasticParams, fresnel),
+        .max = 1,
+        .choices = fresnel_terms,
+        .help = "term of the coat: Schlick's, or the exact one of a dielectric (as in Principled)"},
     MATERIAL_COMMON,
 };
 
 static void prepare(Material *m) {
     const PlasticParams *p = MATERIAL_PARAMS(PlasticParams, m);
     Coat *coat = MATERIAL_DERIVED_MUTABLE(Coat, m);
-    coat_prepare(coat, 0.08 * p->specular, ggx_alpha(p->roughness));
+    coat_prepare(coat, 0.08 * p->specular, p->fresnel == FRESNEL_DIELECTRIC, ggx_alpha(p->roughness));
     m->lobes = LOBE_DIFFUSE | (coat->alpha > 0.0 ? LOBE_GLOSSY : LOBE_SPECULAR);
 }
 
@@ -50,7 +60,7 @@ static double density(const Coat *coat, V3 wi, V3 o, double p_coat) {
 
 /* The coat's reflectance relative to its density: F G1(wo), or F of the mirror. */
 static double coat_weight(const Coat *coat, V3 o, double c) {
-    double f = schlick(coat->f0, c);
+    double f = coat_fresnel(coat, c);
     return coat->alpha > 0.0 ? f * ggx_g1(o, coat->alpha) : f;
 }
 

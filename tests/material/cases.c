@@ -14,6 +14,16 @@ static void set(Material *m, const char *key, const double *v, size_t n) {
 
 static void set_number(Material *m, const char *key, double value) { set(m, key, &value, 1); }
 
+/* One of a choice's words, u in [0, 1). */
+static void set_choice(Material *m, const Param *p, double u) {
+    size_t count = 0;
+    while (p->choices[count]) count++;
+    CauError err = {0};
+    const char *word = p->choices[(size_t)(u * (double)count)];
+    if (param_set_choice(&m->kind->table, m->data, "test", p->name, word, &err) != CAU_OK)
+        fail_msg("%s", err.text);
+}
+
 static void white_defaults(Material *m, const MaterialKind *kind) {
     *m = (Material){.kind = kind};
     param_defaults(&kind->table, m->data);
@@ -39,6 +49,10 @@ static void randomise(Material *m, Rng *rng) {
     for (size_t i = 0; i < table->count; i++) {
         const Param *p = &table->params[i];
         if (!param_is_stored(p)) continue;
+        if (p->type == PARAM_CHOICE) {
+            set_choice(m, p, rng_next(rng));
+            continue;
+        }
         double v[3];
         for (int c = 0; c < 3; c++) v[c] = p->min + (p->max - p->min) * rng_next(rng);
         if (strcmp(p->name, "ior") == 0 && rng_next(rng) < 0.7) v[0] = 0.6 + 1.8 * rng_next(rng);

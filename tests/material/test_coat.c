@@ -25,8 +25,13 @@ static void coat_table_is_accurate(void **state) {
     Rng rng = rng_make(11);
     const double roughness[] = {0.0101, 0.03, 0.1, 0.3, 0.6, 1.0}, specular[] = {0.0, 0.5, 1.0};
     for (size_t i = 0; i < 6; i++)
-        for (size_t k = 0; k < 3; k++) {
-            Material m = make_material("plastic", "roughness", roughness[i], "specular", specular[k], NULL);
+        for (size_t k = 0; k < 6; k++) {
+            Material m =
+                make_material("plastic", "roughness", roughness[i], "specular", specular[k % 3], NULL);
+            CauError err = {0};
+            if (k >= 3) param_set_choice(&m.kind->table, m.data, "test", "fresnel", "dielectric", &err);
+            assert_int_equal(err.text[0], 0);
+            m.kind->prepare(&m);
             ShadingFrame f = make_frame(&rng, true, 0.0);
             for (double c = 1.0; c > 1e-3; c *= 0.77) {
                 V3 wi = direction_at(&f, c, &rng);
@@ -39,9 +44,19 @@ static void coat_table_is_accurate(void **state) {
 static void smooth_coat_is_schlick(void **state) {
     (void)state;
     Coat coat;
-    coat_prepare(&coat, 0.04, 0.0);
+    coat_prepare(&coat, 0.04, false, 0.0);
     for (double c = 0.0; c <= 1.0; c += 0.01)
         expect_near(NULL, "E", coat_albedo(&coat, c), schlick(0.04, c), 1e-15);
+}
+
+static void smooth_dielectric_coat_is_fresnel(void **state) {
+    (void)state;
+    Coat coat;
+    coat_prepare(&coat, 0.04, true, 0.0);
+    for (double c = 0.0; c <= 1.0; c += 0.01)
+        expect_near(NULL, "E", coat_albedo(&coat, c), fresnel_dielectric(c, 1.5).reflectance, 1e-14);
+    coat_prepare(&coat, 0.0, true, 0.0); /* specular 0: nothing is there */
+    expect_near(NULL, "E", coat_albedo(&coat, 0.5), 0.0, 1e-15);
 }
 
 /* One lobe asked for: no weight of a choice. Both: the same energy per lobe. */
@@ -68,6 +83,7 @@ int run_coat_tests(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(coat_table_is_accurate),
         cmocka_unit_test(smooth_coat_is_schlick),
+        cmocka_unit_test(smooth_dielectric_coat_is_fresnel),
         cmocka_unit_test(lobes_can_be_masked),
     };
     return cmocka_run_group_tests_name("coat", tests, NULL, NULL);
