@@ -109,3 +109,9 @@ def mirror_room(half, height, lamp, x, y, reach=200):
         e += h * 4 * np.sqrt(2) / a / (2 * half)**2
     direct = lamp[2] / ((x - lamp[0])**2 + (y - lamp[1])**2 + lamp[2]**2)**1.5
     return (e - direct) / (4 * np.pi)
+
+
+def mirror_room_cut(half, height, bounces):
+    """What `mirror_room` loses, anywhere on the floor, when paths end after that many reflections: all images outside the
+    diamond |x| + |y| = 2 half bounces, so far away that their sum is the integral of h / r^3, which is 8 h / diagonal."""
+    return 2 * height * 8 / (2 * half * bounces) / (2 * half)**2 / (4 * np.pi)
