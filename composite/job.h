@@ -83,6 +83,11 @@ cau_result job_write(Job *job);
 cau_result job_preview(Job *job);
 void job_close(Job *job);
 
+/** Forgets the last call's error; the record for this one. */
+CauError *merge_begin(cau_merge *merge);
+/** Copies what a caller gave, and refuses what cannot be meant. */
+cau_result options_take(cau_merge_options *out, const cau_merge_options *given, CauError *err);
+
 /** Tells the user something that is no error. */
 void job_notice(const Job *job, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /** CAU_ERROR_CANCELLED once the user has asked to stop. */
@@ -116,6 +121,8 @@ const char *space_id(const Colour *colour, const char *space);
 
 /** Applies a recipe file to the lights. */
 cau_result recipe_apply(Lights *lights, const char *path, CauError *err);
+/** The same from JSON text; `from` names it in messages. */
+cau_result recipe_apply_text(Lights *lights, const char *json, const char *from, CauError *err);
 /** Applies one entry. */
 cau_result setting_apply(Lights *lights, const cau_merge_light *entry, CauError *err);
 /** JSON record of what was done, for the output's header; to be freed. NULL when out of memory. */

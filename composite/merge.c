@@ -27,6 +27,11 @@ const char *cau_merge_error(const cau_merge *merge) {
     return merge ? merge->err.text : "no cau_merge was given";
 }
 
+CauError *merge_begin(cau_merge *merge) {
+    error_clear(&merge->err);
+    return &merge->err;
+}
+
 static cau_result check_light(const cau_merge_light *l, CauError *err) {
     if (!l->light) return error_set(err, CAU_ERROR_USAGE, "an entry for a light has no name");
     bool finite = true;
@@ -39,7 +44,7 @@ static cau_result check_light(const cau_merge_light *l, CauError *err) {
 }
 
 /* A caller built against an older header gives a shorter structure; what it lacks is zero. */
-static cau_result take_options(cau_merge_options *out, const cau_merge_options *given, CauError *err) {
+cau_result options_take(cau_merge_options *out, const cau_merge_options *given, CauError *err) {
     *out = (cau_merge_options){0};
     if (!given || given->size < offsetof(cau_merge_options, lights) || given->size > 65536)
         return error_set(err, CAU_ERROR_USAGE, "cau_merge_options: \"size\" is not that of the structure");
@@ -53,7 +58,7 @@ cau_result cau_merge_add(cau_merge *merge, const cau_merge_options *options) {
     if (!merge) return CAU_ERROR_USAGE;
     error_clear(&merge->err);
     cau_merge_options o;
-    CAU_TRY(take_options(&o, options, &merge->err));
+    CAU_TRY(options_take(&o, options, &merge->err));
     if (!o.caustics || !o.output)
         return error_set(&merge->err, CAU_ERROR_USAGE, "add needs a beauty, caustics and an output");
     Job job = {.options = &o, .err = &merge->err};
@@ -70,7 +75,7 @@ cau_result cau_merge_preview(cau_merge *merge, const cau_merge_options *options)
     if (!merge) return CAU_ERROR_USAGE;
     error_clear(&merge->err);
     cau_merge_options o;
-    CAU_TRY(take_options(&o, options, &merge->err));
+    CAU_TRY(options_take(&o, options, &merge->err));
     if (!o.preview) return error_set(&merge->err, CAU_ERROR_USAGE, "preview needs a picture and an output");
     o.caustics = o.output = NULL;
     Job job = {.options = &o, .err = &merge->err};

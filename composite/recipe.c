@@ -90,6 +90,18 @@ static cau_result read_recipe(Lights *lights, json_t *root, CauError *err) {
     return CAU_OK;
 }
 
+cau_result recipe_apply_text(Lights *lights, const char *json, const char *from, CauError *err) {
+    json_error_t where;
+    json_t *root = json_loads(json, JSON_REJECT_DUPLICATES, &where);
+    if (!root)
+        return error_set(err, CAU_ERROR_INPUT, "%s, line %d, column %d: %s", from, where.line, where.column,
+            where.text);
+    cau_result result = read_recipe(lights, root, err);
+    json_decref(root);
+    if (result != CAU_OK) error_prefix(err, "%s: ", from);
+    return result;
+}
+
 cau_result recipe_apply(Lights *lights, const char *path, CauError *err) {
     struct stat info;
     if (stat(path, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size > RECIPE_MAX_BYTES)

@@ -21,6 +21,7 @@ ALLOWED = {
     "render/layers": SHARED | SCENE | set(STAGES),
     "render": SHARED | SCENE | set(STAGES),
     "composite": SHARED,
+    "composite/hosts": SHARED | {"composite"},
     "composite/cli": BASE,
 }
 for index, stage in enumerate(STAGES):
