@@ -91,17 +91,16 @@ cau_result report(const char *doing, const char *path, CauError *err) {
     }
 }
 
-// A frame buffer whose row y0 is at the beginning of each plane.
-Imf::FrameBuffer frame_buffer(const ExrPart *part, int32_t y0, void *const *planes) {
+// A frame buffer over rows in the layout of the file.
+Imf::FrameBuffer frame_buffer(const ExrPart *part, const ExrRows *rows) {
     Imf::FrameBuffer buffer;
-    size_t width = static_cast<size_t>(exr_box_width(part->data_window));
     for (size_t c = 0; c < part->channel_count; c++) {
-        if (!planes[c]) continue;
-        size_t bytes = exr_type_bytes(part->channels[c].type);
-        Imath::V2i origin(part->data_window.x0, y0);
-        buffer.insert(part->channels[c].name,
-            Imf::Slice::Make(static_cast<Imf::PixelType>(part->channels[c].type), planes[c], origin,
-                part->data_window.x1 - part->data_window.x0 + 1, 1, bytes, bytes * width));
+        Imath::V2i origin(part->data_window.x0, rows->y0);
+        buffer.insert(
+            part->channels[c].name, Imf::Slice::Make(static_cast<Imf::PixelType>(part->channels[c].type),
+                                        rows->bytes + exr_channel_offset(part, c), origin,
+                                        part->data_window.x1 - part->data_window.x0 + 1, 1,
+                                        exr_type_bytes(part->channels[c].type), rows->row_bytes));
     }
     return buffer;
 }
@@ -168,14 +167,14 @@ void imf_reader_close(ImfReader **reader) {
     *reader = nullptr;
 }
 
-cau_result imf_reader_band(ImfReader *reader, size_t part, const ExrPart *description, int32_t y0, int32_t y1,
-    void *const *planes, CauError *err) {
+cau_result imf_reader_rows(
+    ImfReader *reader, size_t part, const ExrPart *description, const ExrRows *rows, CauError *err) {
     try {
         Imf::InputPart input(*reader->file, static_cast<int>(part));
         if (input.header().dataWindow() != imf_box(description->data_window))
             return error_set(err, CAU_ERROR_INPUT, "\"%s\" changed while it was read", reader->path.c_str());
-        input.setFrameBuffer(frame_buffer(description, y0, planes));
-        input.readPixels(y0, y1);
+        input.setFrameBuffer(frame_buffer(description, rows));
+        input.readPixels(rows->y0, rows->y1);
         return CAU_OK;
     } catch (...) {
         return report("read", reader->path.c_str(), err);
@@ -210,21 +209,20 @@ cau_result imf_writer_open(
     }
 }
 
-cau_result imf_writer_band(
-    ImfWriter *writer, size_t part, int32_t y0, int32_t y1, const void *const *planes, CauError *err) {
+cau_result imf_writer_rows(ImfWriter *writer, size_t part, const ExrRows *rows, CauError *err) {
     const ExrPart *description = &writer->header->parts[part];
     try {
-        Imf::FrameBuffer buffer = frame_buffer(description, y0, const_cast<void *const *>(planes));
+        Imf::FrameBuffer buffer = frame_buffer(description, rows);
         if (!description->tiled) {
             Imf::OutputPart output(*writer->file, static_cast<int>(part));
             output.setFrameBuffer(buffer);
-            output.writePixels(y1 - y0 + 1);
+            output.writePixels(rows->y1 - rows->y0 + 1);
             return CAU_OK;
         }
         Imf::TiledOutputPart output(*writer->file, static_cast<int>(part));
-        int rows = static_cast<int>(description->tile_height),
-            first = (y0 - description->data_window.y0) / rows;
-        int last = (y1 - description->data_window.y0) / rows;
+        int height = static_cast<int>(description->tile_height);
+        int first = (rows->y0 - description->data_window.y0) / height,
+            last = (rows->y1 - description->data_window.y0) / height;
         output.setFrameBuffer(buffer);
         output.writeTiles(0, output.numXTiles(0) - 1, first, last, 0);
         return CAU_OK;

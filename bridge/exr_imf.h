@@ -5,7 +5,7 @@
 #ifndef BRIDGE_EXR_IMF_H
 #define BRIDGE_EXR_IMF_H
 
-#include "image/exr_header.h"
+#include "image/exr_rows.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,15 +16,14 @@ typedef struct ImfWriter ImfWriter;
 
 cau_result imf_reader_open(ImfReader **out, const char *path, CauError *err);
 void imf_reader_close(ImfReader **reader);
-/** As exr_reader_band(); `description` is the part as the caller knows it. */
-cau_result imf_reader_band(ImfReader *reader, size_t part, const ExrPart *description, int32_t y0, int32_t y1,
-    void *const *planes, CauError *err);
+/** Fills `rows`, which has been reserved; `description` is the part as the caller knows it. */
+cau_result imf_reader_rows(
+    ImfReader *reader, size_t part, const ExrPart *description, const ExrRows *rows, CauError *err);
 
 /** As exr_writer_open() and its companions. */
 cau_result imf_writer_open(
     ImfWriter **out, const char *path, const char *shown, const ExrHeader *header, CauError *err);
-cau_result imf_writer_band(
-    ImfWriter *writer, size_t part, int32_t y0, int32_t y1, const void *const *planes, CauError *err);
+cau_result imf_writer_rows(ImfWriter *writer, size_t part, const ExrRows *rows, CauError *err);
 cau_result imf_writer_close(ImfWriter **writer, CauError *err);
 
 #ifdef __cplusplus

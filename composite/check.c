@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reads every pixel. Faults: what cannot be read, values that are no numbers, a sum that is not the sum of
  * its lights, a render that was stopped, a colour space that is not said. */
-#include "composite/band.h"
 #include "composite/job.h"
 #include "composite/report.h"
 #include "core/checked.h"
+#include "image/exr_samples.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -25,12 +25,17 @@ static void fault(Check *check, const char *text) {
     report_line(check->report, "\"%s\": %s", check->file, text);
 }
 
-static void check_values(Check *check, const ExrPart *part, const Band *band, size_t samples, uint64_t *bad) {
-    (void)check;
+static void check_values(const ExrPart *part, const ExrRows *rows, uint64_t *bad) {
+    size_t width = (size_t)exr_box_width(part->data_window);
     for (size_t c = 0; c < part->channel_count; c++) {
-        if (part->channels[c].type == EXR_TYPE_UINT) continue;
-        for (size_t i = 0; i < samples; i++)
-            if (!isfinite(sample_get(band->planes[c], i, part->channels[c].type))) bad[c]++;
+        ExrPixelType type = part->channels[c].type;
+        size_t offset = exr_channel_offset(part, c);
+        if (type == EXR_TYPE_UINT) continue;
+        for (int64_t y = rows->y0; y <= rows->y1; y++) {
+            const uint8_t *row = exr_rows_at(rows, y, offset);
+            for (size_t i = 0; i < width; i++)
+                if (!isfinite(exr_sample(row, i, type))) bad[c]++;
+        }
     }
 }
 
@@ -42,44 +47,51 @@ static bool is_light(const Check *check, size_t layer) {
 }
 
 /* `sign` +1 for a light layer, -1 for the total. */
-static void sum_layer(Check *check, const ExrPart *part, const ExrLayer *layer, const Band *band, int32_t y0,
-    size_t samples, double sign) {
-    size_t first = (size_t)((int64_t)y0 - part->data_window.y0) * (size_t)exr_box_width(part->data_window);
-    for (int c = 0; c < 3; c++)
-        for (size_t i = 0; i < samples; i++) {
-            double v = sample_get(band->planes[layer->rgb[c]], i, part->channels[layer->rgb[c]].type);
-            check->sum[3 * (first + i) + (size_t)c] += sign * v;
-            check->magnitude[3 * (first + i) + (size_t)c] += fabs(v);
+static void sum_layer(
+    Check *check, const ExrPart *part, const ExrLayer *layer, const ExrRows *rows, double sign) {
+    size_t width = (size_t)exr_box_width(part->data_window);
+    for (size_t c = 0; c < 3; c++) {
+        size_t channel = (size_t)layer->rgb[c], offset = exr_channel_offset(part, channel);
+        for (int64_t y = rows->y0; y <= rows->y1; y++) {
+            const uint8_t *row = exr_rows_at(rows, y, offset);
+            size_t first = 3 * (size_t)(y - part->data_window.y0) * width + c;
+            for (size_t i = 0; i < width; i++) {
+                double v = exr_sample(row, i, part->channels[channel].type);
+                check->sum[first + 3 * i] += sign * v;
+                check->magnitude[first + 3 * i] += fabs(v);
+            }
         }
+    }
 }
 
-static void sum_band(Check *check, size_t index, const Band *band, int32_t y0, size_t samples) {
+static void sum_band(Check *check, size_t index, const ExrRows *rows) {
     const ExrPart *part = &check->picture.header->parts[index];
     if (!check->sum || !exr_box_equal(part->data_window, check->picture.header->parts[0].data_window)) return;
     for (size_t i = 0; i < check->picture.layers.count; i++) {
         const ExrLayer *layer = &check->picture.layers.layers[i];
         if (layer->part != index || !exr_layer_is_rgb(layer)) continue;
         bool total = index == 0 && layer->bare;
-        if (total || is_light(check, i)) sum_layer(check, part, layer, band, y0, samples, total ? -1 : 1);
-        if (!total && is_light(check, i) && y0 == part->data_window.y0) check->summed++;
+        if (total || is_light(check, i)) sum_layer(check, part, layer, rows, total ? -1 : 1);
+        if (!total && is_light(check, i) && rows->y0 == part->data_window.y0) check->summed++;
     }
 }
 
 static cau_result check_part(Check *check, size_t index) {
     const ExrPart *part = &check->picture.header->parts[index];
-    Band band;
+    ExrBands bands = exr_bands(part, exr_band_rows(part));
+    ExrDecoder *decoder = NULL;
+    ExrRows rows = {0};
     uint64_t *bad = array_new(part->channel_count, sizeof *bad);
     if (!bad)
         return error_set(check->report->err, CAU_ERROR_RESOURCE, "out of memory for a list of channels");
-    cau_result result = band_create(&band, part, NULL, check->report->err);
-    for (size_t b = 0; result == CAU_OK && b < exr_band_count(part); b++) {
+    cau_result result = exr_decoder_create(&decoder, check->picture.reader, check->report->err);
+    for (size_t b = 0; result == CAU_OK && b < bands.count; b++) {
         int32_t y0, y1;
-        exr_band_at(part, b, &y0, &y1);
-        size_t samples = (size_t)((int64_t)y1 - y0 + 1) * (size_t)exr_box_width(part->data_window);
-        result = exr_reader_band(check->picture.reader, index, y0, y1, band.planes, check->report->err);
+        exr_band_at(&bands, b, &y0, &y1);
+        result = exr_decoder_rows(decoder, index, y0, y1, &rows, check->report->err);
         if (result != CAU_OK) break;
-        check_values(check, part, &band, samples, bad);
-        sum_band(check, index, &band, y0, samples);
+        check_values(part, &rows, bad);
+        sum_band(check, index, &rows);
     }
     for (size_t c = 0; result == CAU_OK && c < part->channel_count; c++) {
         if (!bad[c]) continue;
@@ -87,7 +99,8 @@ static cau_result check_part(Check *check, size_t index) {
         report_line(check->report, "\"%s\": channel %s has %" PRIu64 " values that are NaN or infinite",
             check->file, part->channels[c].name, bad[c]);
     }
-    band_free(&band);
+    exr_rows_free(&rows);
+    exr_decoder_free(&decoder);
     free(bad);
     return result;
 }

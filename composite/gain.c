@@ -65,11 +65,13 @@ static bool audible(const Light *l, bool indirect, bool solo) {
     return !solo || l->both.solo || (indirect && l->indirect_only.solo);
 }
 
-static void add_term(
-    Job *job, int layer, const Conversion *c, const double factor[3], double scale, bool times_albedo) {
+static void add_term(Job *job, const Light *light, int layer, const Conversion *c, const double factor[3],
+    double scale, bool times_albedo) {
     double scaled[3] = {factor[0] * scale, factor[1] * scale, factor[2] * scale};
+    if (scaled[0] == 0 && scaled[1] == 0 && scaled[2] == 0) return; /* as if it were muted */
     Term *term = &job->terms[job->term_count++];
-    *term = (Term){.layer = layer, .times_albedo = times_albedo};
+    *term =
+        (Term){.layer = layer, .light = (size_t)(light - job->lights.lights), .times_albedo = times_albedo};
     fill_matrix(term, c, scaled);
 }
 
@@ -86,15 +88,15 @@ static cau_result add_light(Job *job, const Light *l, const Conversion *c, bool 
                 : l->seen >= 0     ? "the first"
                                    : "both");
         if (job->albedo && l->irradiance >= 0) {
-            add_term(job, l->irradiance, c, factor, 1 / pi, true);
-            if (l->seen >= 0) add_term(job, l->seen, c, factor, 1, false);
+            add_term(job, l, l->irradiance, c, factor, 1 / pi, true);
+            if (l->seen >= 0) add_term(job, l, l->seen, c, factor, 1, false);
         } else if (l->radiance >= 0) {
-            add_term(job, l->radiance, c, factor, 1, false);
+            add_term(job, l, l->radiance, c, factor, 1, false);
         }
     }
     if (l->indirect >= 0 && audible(l, true, solo)) {
         CAU_TRY(factor_of(job, l, true, factor));
-        add_term(job, l->indirect, c, factor, 1, false);
+        add_term(job, l, l->indirect, c, factor, 1, false);
     }
     return CAU_OK;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
- *  What the stages of one `add` pass on: open -> match -> gain -> add -> write. A stage fills its own fields
- * and reads those above it. */
+ *  What the stages of one `add` pass on: open -> match -> gain -> add and write, band by band. A stage fills
+ * its own fields and reads those above it. */
 #ifndef COMPOSITE_JOB_H
 #define COMPOSITE_JOB_H
 
@@ -10,6 +10,7 @@
 #include "image/colour_tag.h"
 #include "image/exr_layers.h"
 #include "image/exr_reader.h"
+#include "image/exr_writer.h"
 #include "image/layer_names.h"
 
 /** One open file and what is in it. */
@@ -41,10 +42,17 @@ typedef struct Lights {
 /** A layer that is added: target += [albedo x] matrix x layer. */
 typedef struct Term {
     int layer;         /**< in the caustics' layers */
+    size_t light;      /**< whose it is */
     bool times_albedo; /**< and divided by pi, which is in the matrix already */
     bool diagonal;     /**< only the diagonal of the matrix counts: no colour conversion */
     double matrix[9];
 } Term;
+
+/** A layer of the beauty that is added to. */
+typedef struct Target {
+    const ExrLayer *layer;
+    int light; /**< only the terms of this light; -1: all */
+} Target;
 
 typedef struct Job {
     const cau_merge_options *options;
@@ -55,7 +63,9 @@ typedef struct Job {
     Colour *colour;
 
     /* match */
-    const ExrLayer *target;
+    const ExrLayer *target; /**< that of the first of `targets` */
+    Target *targets;
+    size_t target_count, target_capacity;
     const ExrLayer *albedo; /**< NULL without --albedo */
     Lights lights;
     const char *beauty_space, *caustics_space, *tint_space; /**< the configuration's names */
@@ -69,15 +79,13 @@ typedef struct Job {
     Term *terms;
     size_t term_count;
 
-    /* add */
-    void *result[3]; /**< the target's new channels, whole data window, stored type */
+    /* stream */
     uint64_t repaired, clamped;
 } Job;
 
 cau_result job_open(Job *job);
 cau_result job_match(Job *job);
 cau_result job_gain(Job *job);
-cau_result job_add(Job *job);
 cau_result job_write(Job *job);
 /** open -> preview: shows one layer of the beauty. */
 cau_result job_preview(Job *job);
@@ -130,7 +138,7 @@ char *recipe_record(const Job *job);
 
 /** Opens the preview's view. */
 cau_result preview_open(Job *job);
-/** Writes float RGB of the beauty's space as a PNG. The pixels are changed. */
-cau_result preview_write(const Job *job, float *rgb, size_t width, size_t height);
+/** Shows a layer of `picture`, which is in the beauty's space, as options->preview. */
+cau_result preview_write(const Job *job, const Picture *picture, const ExrLayer *layer);
 
 #endif

@@ -2,6 +2,8 @@
 /* What is added to what: the pass, the light layers, the pixels' places, the colour spaces. */
 #include "composite/job.h"
 
+#include "core/checked.h"
+
 #include <inttypes.h>
 #include <math.h>
 
@@ -17,6 +19,15 @@ static const ExrPart *caustics_part(const Job *job) {
     return &job->caustics.header->parts[0];
 }
 
+static cau_result add_target(Job *job, const ExrLayer *layer, int light) {
+    void *array = job->targets;
+    if (!array_reserve(&array, &job->target_capacity, job->target_count + 1, sizeof *job->targets))
+        return error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for the list of passes");
+    job->targets = array;
+    job->targets[job->target_count++] = (Target){.layer = layer, .light = light};
+    return CAU_OK;
+}
+
 static cau_result match_target(Job *job) {
     const char *pass = job->options->pass;
     CAU_TRY(pass ? picture_find_layer(&job->target, &job->beauty, pass, "--pass", job->err)
@@ -29,6 +40,7 @@ static cau_result match_target(Job *job) {
                 "or float",
                 job->options->beauty, channel->name);
     }
+    CAU_TRY(add_target(job, job->target, -1));
     if (job->options->albedo)
         return picture_find_layer(&job->albedo, &job->beauty, job->options->albedo, "--albedo", job->err);
     return CAU_OK;

@@ -65,7 +65,6 @@ cau_result cau_merge_add(cau_merge *merge, const cau_merge_options *options) {
     cau_result result = job_open(&job);
     if (result == CAU_OK) result = job_match(&job);
     if (result == CAU_OK) result = job_gain(&job);
-    if (result == CAU_OK) result = job_add(&job);
     if (result == CAU_OK) result = job_write(&job);
     job_close(&job);
     return result;

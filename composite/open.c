@@ -61,7 +61,7 @@ cau_result job_open(Job *job) {
 }
 
 void job_close(Job *job) {
-    for (int c = 0; c < 3; c++) free(job->result[c]);
+    free(job->targets);
     free(job->terms);
     colour_view_close(&job->view);
     lights_free(&job->lights);

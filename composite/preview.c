@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures for looking at: through the configuration's display and view to 8 bits. */
-#include "composite/band.h"
 #include "composite/job.h"
 #include "composite/png.h"
 #include "core/checked.h"
 #include "core/file_atomic.h"
+#include "image/exr_samples.h"
 
 #include <math.h>
 
@@ -33,30 +33,43 @@ cau_result preview_open(Job *job) {
     return colour_view_open(&job->view, job->colour, job->beauty_space, o->display, o->view, job->err);
 }
 
-cau_result preview_write(const Job *job, float *rgb, size_t width, size_t height) {
-    CAU_TRY(colour_view_apply(job->view, rgb, width, height, job->err));
-    return write_png(job->options->preview, rgb, width, height, job->err);
+static cau_result read_rgb(const Job *job, const Picture *picture, const ExrLayer *layer, float *rgb) {
+    const ExrPart *part = &picture->header->parts[layer->part];
+    ExrBands bands = exr_bands(part, exr_band_rows(part));
+    size_t width = (size_t)exr_box_width(part->data_window);
+    ExrDecoder *decoder = NULL;
+    ExrRows rows = {0};
+    cau_result result = exr_decoder_create(&decoder, picture->reader, job->err);
+    for (size_t b = 0; result == CAU_OK && b < bands.count; b++) {
+        int32_t y0, y1;
+        exr_band_at(&bands, b, &y0, &y1);
+        result = job_poll(job);
+        if (result == CAU_OK) result = exr_decoder_rows(decoder, layer->part, y0, y1, &rows, job->err);
+        for (int64_t y = y0; result == CAU_OK && y <= y1; y++)
+            for (size_t c = 0; c < 3; c++) {
+                size_t channel = (size_t)layer->rgb[c];
+                const uint8_t *row = exr_rows_at(&rows, y, exr_channel_offset(part, channel));
+                float *out = rgb + 3 * (size_t)(y - part->data_window.y0) * width + c;
+                for (size_t i = 0; i < width; i++)
+                    out[3 * i] = (float)exr_sample(row, i, part->channels[channel].type);
+            }
+    }
+    exr_rows_free(&rows);
+    exr_decoder_free(&decoder);
+    return result;
 }
 
-static cau_result read_rgb(const Job *job, const ExrPart *part, float *rgb) {
-    const ExrLayer *layer = job->target;
-    size_t width = (size_t)exr_box_width(part->data_window);
-    Band band;
-    CAU_TRY(band_create(&band, part, NULL, job->err));
-    cau_result result = CAU_OK;
-    for (size_t b = 0; result == CAU_OK && b < exr_band_count(part); b++) {
-        int32_t y0, y1;
-        exr_band_at(part, b, &y0, &y1);
-        result = job_poll(job);
-        if (result == CAU_OK)
-            result = exr_reader_band(job->beauty.reader, layer->part, y0, y1, band.planes, job->err);
-        size_t first = (size_t)((int64_t)y0 - part->data_window.y0) * width;
-        for (size_t i = 0; result == CAU_OK && i < (size_t)((int64_t)y1 - y0 + 1) * width; i++)
-            for (int c = 0; c < 3; c++)
-                rgb[3 * (first + i) + (size_t)c] =
-                    (float)sample_get(band.planes[layer->rgb[c]], i, part->channels[layer->rgb[c]].type);
-    }
-    band_free(&band);
+cau_result preview_write(const Job *job, const Picture *picture, const ExrLayer *layer) {
+    const ExrPart *part = &picture->header->parts[layer->part];
+    size_t width = (size_t)exr_box_width(part->data_window),
+           height = (size_t)exr_box_height(part->data_window);
+    float *rgb = array_new(width * height, 3 * sizeof *rgb);
+    if (!rgb)
+        return error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for %zu x %zu pixels", width, height);
+    cau_result result = read_rgb(job, picture, layer, rgb);
+    if (result == CAU_OK) result = colour_view_apply(job->view, rgb, width, height, job->err);
+    if (result == CAU_OK) result = write_png(job->options->preview, rgb, width, height, job->err);
+    free(rgb);
     return result;
 }
 
@@ -67,14 +80,5 @@ cau_result job_preview(Job *job) {
     CAU_TRY(space_find(&job->beauty_space, &job->beauty_tag, job, &job->beauty, job->target->part,
         o->beauty_space, "--beauty-space"));
     CAU_TRY(preview_open(job));
-    const ExrPart *part = &job->beauty.header->parts[job->target->part];
-    size_t width = (size_t)exr_box_width(part->data_window),
-           height = (size_t)exr_box_height(part->data_window);
-    float *rgb = array_new(width * height, 3 * sizeof *rgb);
-    if (!rgb)
-        return error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for %zu x %zu pixels", width, height);
-    cau_result result = read_rgb(job, part, rgb);
-    if (result == CAU_OK) result = preview_write(job, rgb, width, height);
-    free(rgb);
-    return result;
+    return preview_write(job, &job->beauty, job->target);
 }

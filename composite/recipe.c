@@ -94,8 +94,8 @@ cau_result recipe_apply_text(Lights *lights, const char *json, const char *from,
     json_error_t where;
     json_t *root = json_loads(json, JSON_REJECT_DUPLICATES, &where);
     if (!root)
-        return error_set(err, CAU_ERROR_INPUT, "%s, line %d, column %d: %s", from, where.line, where.column,
-            where.text);
+        return error_set(
+            err, CAU_ERROR_INPUT, "%s, line %d, column %d: %s", from, where.line, where.column, where.text);
     cau_result result = read_recipe(lights, root, err);
     json_decref(root);
     if (result != CAU_OK) error_prefix(err, "%s: ", from);

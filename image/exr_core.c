@@ -20,7 +20,10 @@ static ExrCoreFile *file_of(exr_const_context_t context) {
 static void keep_message(exr_const_context_t context, exr_result_t code, const char *message) {
     (void)code;
     ExrCoreFile *file = context ? file_of(context) : NULL;
-    if (file) snprintf(file->text, sizeof file->text, "%s", message ? message : "");
+    if (!file) return;
+    while (atomic_flag_test_and_set(&file->text_busy)) continue;
+    snprintf(file->text, sizeof file->text, "%s", message ? message : "");
+    atomic_flag_clear(&file->text_busy);
 }
 
 static int64_t read_bytes(exr_const_context_t context, void *user, void *buffer, uint64_t bytes,
@@ -76,7 +79,7 @@ static exr_context_initializer_t initializer(ExrCoreFile *file) {
 cau_result exr_core_open_read(exr_context_t *out, ExrCoreFile *file, const char *path, CauError *err) {
     *out = NULL;
     /* O_NONBLOCK: a pipe named as a picture must not hang the open. */
-    *file = (ExrCoreFile){.fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+    *file = (ExrCoreFile){.fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK), .text_busy = ATOMIC_FLAG_INIT};
     if (file->fd < 0)
         return error_set(
             err, CAU_ERROR_INPUT, "cannot open \"%s\": %s; check the name", path, strerror(errno));
@@ -98,7 +101,8 @@ cau_result exr_core_open_read(exr_context_t *out, ExrCoreFile *file, const char 
 
 cau_result exr_core_open_write(exr_context_t *out, ExrCoreFile *file, const char *path, CauError *err) {
     *out = NULL;
-    *file = (ExrCoreFile){.fd = open(path, O_WRONLY | O_TRUNC | O_CLOEXEC | O_NOFOLLOW)};
+    *file = (ExrCoreFile){
+        .fd = open(path, O_WRONLY | O_TRUNC | O_CLOEXEC | O_NOFOLLOW), .text_busy = ATOMIC_FLAG_INIT};
     if (file->fd < 0)
         return error_set(err, CAU_ERROR_RESOURCE, "cannot write \"%s\": %s", path, strerror(errno));
     exr_context_initializer_t init = initializer(file);
@@ -131,7 +135,11 @@ cau_result exr_core_error(
             strerror(file->write_errno));
     if (code == EXR_ERR_OUT_OF_MEMORY)
         return error_set(err, CAU_ERROR_RESOURCE, "cannot %s \"%s\": out of memory", doing, path);
-    const char *reason = file->text[0] ? file->text : exr_get_default_error_message(code);
+    char text[EXR_CORE_TEXT_MAX];
+    while (atomic_flag_test_and_set(&file->text_busy)) continue;
+    memcpy(text, file->text, sizeof text);
+    atomic_flag_clear(&file->text_busy);
+    const char *reason = text[0] ? text : exr_get_default_error_message(code);
     /* The library sometimes begins with the name, which is there already. */
     size_t length = strlen(path);
     if (strncmp(reason, path, length) == 0 && reason[length] == ':') reason += length + 1;

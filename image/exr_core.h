@@ -7,6 +7,7 @@
 #include "core/error.h"
 
 #include <openexr.h>
+#include <stdatomic.h>
 
 enum { EXR_CORE_TEXT_MAX = 256 };
 
@@ -16,6 +17,7 @@ typedef struct ExrCoreFile {
     int write_errno;              /**< of the first failed write */
     int64_t size;                 /**< bytes, when reading */
     char text[EXR_CORE_TEXT_MAX]; /**< the library's last message */
+    atomic_flag text_busy;        /**< guards it: decoders run in several threads */
 } ExrCoreFile;
 
 /** Opens `path`, which must be a regular file, and reads its header. */

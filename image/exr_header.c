@@ -119,26 +119,33 @@ cau_result exr_part_add_channel(ExrPart *part, const char *name, ExrPixelType ty
     return CAU_OK;
 }
 
-/* Chunks are 1, 16 or 32 rows, but for DWAB. Small bands keep memory low and let a cancel be answered soon.
- */
+int exr_chunk_rows(const ExrPart *part) {
+    static const int rows_of[EXR_CODEC_COUNT] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+    return part->tiled ? (int)part->tile_height : rows_of[part->codec];
+}
+
+int exr_chunk_columns(const ExrPart *part) {
+    return part->tiled ? (int)((exr_box_width(part->data_window) + part->tile_width - 1) / part->tile_width)
+                       : 1;
+}
+
+/* Small bands keep memory low, fit the cache and let a cancel be answered soon. */
 int exr_band_rows(const ExrPart *part) {
-    int least = part->codec == EXR_CODEC_DWAB ? 256 : 32;
-    if (!part->tiled) return least;
-    int64_t rows = part->tile_height, height = exr_box_height(part->data_window);
-    while (rows < 32) rows += part->tile_height;
-    return (int)(rows < height ? rows : height);
+    enum { LEAST = 16 };
+    int64_t chunk = exr_chunk_rows(part), rows = (LEAST + chunk - 1) / chunk * chunk;
+    int64_t height = exr_box_height(part->data_window);
+    return (int)(part->tiled && rows > height ? height : rows);
 }
 
-size_t exr_band_count(const ExrPart *part) {
-    int64_t step = exr_band_rows(part);
-    return (size_t)((exr_box_height(part->data_window) + step - 1) / step);
+ExrBands exr_bands(const ExrPart *part, int rows) {
+    int64_t height = exr_box_height(part->data_window);
+    return (ExrBands){.rows = rows, .count = (size_t)((height + rows - 1) / rows), .part = part};
 }
 
-void exr_band_at(const ExrPart *part, size_t index, int32_t *y0, int32_t *y1) {
-    size_t count = exr_band_count(part),
-           band = part->order == EXR_ORDER_DECREASING ? count - 1 - index : index;
-    int64_t first = part->data_window.y0 + (int64_t)band * exr_band_rows(part);
-    int64_t last = first + exr_band_rows(part) - 1;
+void exr_band_at(const ExrBands *bands, size_t index, int32_t *y0, int32_t *y1) {
+    const ExrPart *part = bands->part;
+    size_t band = part->order == EXR_ORDER_DECREASING ? bands->count - 1 - index : index;
+    int64_t first = part->data_window.y0 + (int64_t)band * bands->rows, last = first + bands->rows - 1;
     *y0 = (int32_t)first;
     *y1 = last < part->data_window.y1 ? (int32_t)last : part->data_window.y1;
 }

@@ -96,11 +96,21 @@ void exr_header_free(ExrHeader *header);
 cau_result exr_part_set_name(ExrPart *part, const char *name, CauError *err);
 /** Keeps the channels sorted by name. A name that is there already is an error. */
 cau_result exr_part_add_channel(ExrPart *part, const char *name, ExrPixelType type, CauError *err);
-/** Rows in a band of a part: a multiple of the height of its chunks, whatever the compression. */
+/** Rows of a chunk (a scan-line block, or a tile), and chunks side by side. */
+int exr_chunk_rows(const ExrPart *part);
+int exr_chunk_columns(const ExrPart *part);
+/** Rows of a band, the unit of work: whole chunks, at least 16 rows. */
 int exr_band_rows(const ExrPart *part);
-size_t exr_band_count(const ExrPart *part);
-/** Rows of band `index`, in the order in which they are written: upwards with decreasing line order. */
-void exr_band_at(const ExrPart *part, size_t index, int32_t *y0, int32_t *y1);
+
+/** A part cut into bands of `rows` rows, in the order in which they are written: upwards with decreasing line
+ * order. */
+typedef struct ExrBands {
+    int rows;
+    size_t count;
+    const ExrPart *part;
+} ExrBands;
+ExrBands exr_bands(const ExrPart *part, int rows);
+void exr_band_at(const ExrBands *bands, size_t index, int32_t *y0, int32_t *y1);
 /** Bytes of one pixel over all channels. */
 size_t exr_part_pixel_bytes(const ExrPart *part);
 

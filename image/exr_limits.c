@@ -29,12 +29,8 @@ static cau_result check_box(ExrBox b, const char *what, const char *path, CauErr
 }
 
 static uint64_t chunk_count(const ExrPart *part) {
-    static const int rows_of[EXR_CODEC_COUNT] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
-    uint64_t width = (uint64_t)exr_box_width(part->data_window);
-    uint64_t height = (uint64_t)exr_box_height(part->data_window), rows = (uint64_t)rows_of[part->codec];
-    if (!part->tiled) return (height + rows - 1) / rows;
-    return (width + part->tile_width - 1) / part->tile_width *
-           ((height + part->tile_height - 1) / part->tile_height);
+    uint64_t height = (uint64_t)exr_box_height(part->data_window), rows = (uint64_t)exr_chunk_rows(part);
+    return (height + rows - 1) / rows * (uint64_t)exr_chunk_columns(part);
 }
 
 static cau_result check_part(const ExrPart *part, uint64_t file_bytes, const char *path, CauError *err) {

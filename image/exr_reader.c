@@ -1,31 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "image/exr_reader.h"
 
-#include "bridge/exr_imf.h"
 #include "core/checked.h"
 #include "image/exr_attr_io.h"
-#include "image/exr_core.h"
 #include "image/exr_limits.h"
+#include "image/exr_reader_private.h"
 
 #include <string.h>
 
-struct ExrReader {
-    char *path;
-    ExrHeader header;
-    exr_context_t context;
-    ExrCoreFile file;
-    exr_decode_pipeline_t pipeline;
-    size_t pipeline_part;
-    bool pipeline_ready;
-    ImfReader *imf; /**< for what OpenEXRCore 3.1 cannot decode; opened when needed */
-};
-
 static cau_result failed(ExrReader *r, exr_result_t code, CauError *err) {
-    /* The library says so too when a damaged chunk leads its decoder to an absurd size; our own memory for
-     * the pixels is there already. */
-    if (code == EXR_ERR_OUT_OF_MEMORY)
-        return error_set(err, CAU_ERROR_INPUT,
-            "cannot read \"%s\": a chunk asks for more memory than there is: the file is damaged", r->path);
     return exr_core_error(&r->file, code, "read", r->path, err);
 }
 
@@ -138,8 +121,6 @@ cau_result exr_reader_open(ExrReader **out, const char *path, CauError *err) {
 void exr_reader_close(ExrReader **reader) {
     ExrReader *r = *reader;
     if (!r) return;
-    imf_reader_close(&r->imf);
-    if (r->pipeline_ready) exr_decoding_destroy(r->context, &r->pipeline);
     exr_core_close(&r->context, &r->file, r->path, NULL);
     exr_header_free(&r->header);
     free(r->path);
@@ -161,79 +142,5 @@ cau_result exr_reader_can_read(const ExrReader *r, size_t index, CauError *err) 
                 "\"%s\": channel \"%s\" is sub-sampled (%d x %d), which is not handled: save the picture as "
                 "R,G,B",
                 r->path, part->channels[c].name, part->channels[c].x_sampling, part->channels[c].y_sampling);
-    return CAU_OK;
-}
-
-static exr_result_t chunk_info(ExrReader *r, size_t part, int32_t x, int32_t y, exr_chunk_info_t *info) {
-    const ExrPart *p = &r->header.parts[part];
-    if (!p->tiled) return exr_read_scanline_chunk_info(r->context, (int)part, y, info);
-    int tile_y = (int)(((int64_t)y - p->data_window.y0) / p->tile_height);
-    return exr_read_tile_chunk_info(r->context, (int)part, x, tile_y, 0, 0, info);
-}
-
-static exr_result_t prepare(ExrReader *r, size_t part, const exr_chunk_info_t *info) {
-    if (r->pipeline_ready && r->pipeline_part == part)
-        return exr_decoding_update(r->context, (int)part, info, &r->pipeline);
-    if (r->pipeline_ready) exr_decoding_destroy(r->context, &r->pipeline);
-    r->pipeline = (exr_decode_pipeline_t)EXR_DECODE_PIPELINE_INITIALIZER;
-    exr_result_t code = exr_decoding_initialize(r->context, (int)part, info, &r->pipeline);
-    r->pipeline_ready = code == EXR_ERR_SUCCESS;
-    r->pipeline_part = part;
-    return code;
-}
-
-/* Decodes the chunk at column of tiles x and row y, which must cover `width` x `height` pixels. */
-static cau_result read_chunk(ExrReader *r, size_t part, int32_t x, int32_t y, int64_t width, int64_t height,
-    size_t first, void *const *planes, CauError *err) {
-    const ExrPart *p = &r->header.parts[part];
-    size_t row = (size_t)exr_box_width(p->data_window);
-    exr_chunk_info_t info;
-    exr_result_t code = chunk_info(r, part, x, y, &info);
-    if (code == EXR_ERR_SUCCESS && (info.width != width || info.height != height))
-        return error_set(err, CAU_ERROR_INPUT,
-            "\"%s\": the chunk at row %d is %d x %d pixels, not %d x %d: the file "
-            "is damaged",
-            r->path, y, info.width, info.height, (int)width, (int)height);
-    if (code == EXR_ERR_SUCCESS) code = prepare(r, part, &info);
-    if (code != EXR_ERR_SUCCESS) return failed(r, code, err);
-    for (size_t c = 0; c < p->channel_count; c++) {
-        exr_coding_channel_info_t *channel = &r->pipeline.channels[c];
-        size_t bytes = exr_type_bytes(p->channels[c].type);
-        channel->user_data_type = (uint16_t)p->channels[c].type;
-        channel->user_bytes_per_element = (int16_t)bytes;
-        channel->user_pixel_stride = (int32_t)bytes;
-        channel->user_line_stride = (int32_t)(bytes * row);
-        channel->decode_to_ptr = planes[c] ? (uint8_t *)planes[c] + first * bytes : NULL;
-    }
-    /* Anew for each chunk: the choice depends on which planes are asked for. */
-    code = exr_decoding_choose_default_routines(r->context, (int)part, &r->pipeline);
-    if (code == EXR_ERR_SUCCESS) code = exr_decoding_run(r->context, (int)part, &r->pipeline);
-    return code == EXR_ERR_SUCCESS ? CAU_OK : failed(r, code, err);
-}
-
-/* OpenEXRCore 3.1 has no DWA, and its B44 decoder returns rubbish for a part that has float channels too. */
-static bool core_can_decode(const ExrPart *part) { return part->codec < EXR_CODEC_B44; }
-
-cau_result exr_reader_band(
-    ExrReader *r, size_t part, int32_t y0, int32_t y1, void *const *planes, CauError *err) {
-    const ExrPart *p = &r->header.parts[part];
-    CAU_TRY(exr_reader_can_read(r, part, err));
-    if (!core_can_decode(p)) {
-        if (!r->imf) CAU_TRY(imf_reader_open(&r->imf, r->path, err));
-        return imf_reader_band(r->imf, part, p, y0, y1, planes, err);
-    }
-    int64_t width = exr_box_width(p->data_window), step_x = p->tiled ? p->tile_width : width;
-    int32_t step = (int32_t)p->tile_height;
-    if (!p->tiled) {
-        exr_result_t code = exr_get_scanlines_per_chunk(r->context, (int)part, &step);
-        if (code != EXR_ERR_SUCCESS) return failed(r, code, err);
-    }
-    for (int64_t y = y0; y <= y1; y += step)
-        for (int64_t x = 0; x * step_x < width; x++) {
-            int64_t w = width - x * step_x < step_x ? width - x * step_x : step_x;
-            int64_t h = y1 - y + 1 < step ? y1 - y + 1 : step;
-            size_t first = (size_t)((y - y0) * width + x * step_x);
-            CAU_TRY(read_chunk(r, part, (int32_t)x, (int32_t)y, w, h, first, planes, err));
-        }
     return CAU_OK;
 }

@@ -126,57 +126,54 @@ static bool find_source(const ExrPicture *p, const char *channel, Source *out) {
     return false;
 }
 
-static void fill_plane(void *plane, const Source *source, size_t first, size_t count, bool half) {
+static void fill_row(uint8_t *row, const Source *source, size_t first, size_t count, bool half) {
     ExrWriteReport counted = {0};
     const float *from = source->pixels + first * source->stride;
     for (size_t i = 0; i < count; i++) {
         float v = storable(from[i * source->stride], half ? HALF_LARGEST : INFINITY, &counted);
+        uint16_t h = half ? half_from_float(v) : 0;
         if (half)
-            ((uint16_t *)plane)[i] = half_from_float(v);
+            memcpy(row + i * sizeof h, &h, sizeof h);
         else
-            ((float *)plane)[i] = v;
+            memcpy(row + i * sizeof v, &v, sizeof v);
     }
 }
 
-static cau_result write_part(ExrWriter *writer, const ExrHeader *header, size_t index, const ExrPicture *p,
-    void **planes, CauError *err) {
-    const ExrPart *part = &header->parts[index];
+static cau_result fill_rows(const ExrRows *rows, const ExrPart *part, const ExrPicture *p, CauError *err) {
     size_t width = (size_t)exr_box_width(part->data_window);
-    for (size_t band = 0; band < exr_band_count(part); band++) {
-        int32_t y0, y1;
-        exr_band_at(part, band, &y0, &y1);
-        for (size_t c = 0; c < part->channel_count; c++) {
-            Source source;
-            if (!find_source(p, part->channels[c].name, &source))
-                return error_set(
-                    err, CAU_ERROR_INTERNAL, "channel \"%s\" has no source", part->channels[c].name);
-            size_t first = (size_t)(y0 - part->data_window.y0) * width, count = (size_t)(y1 - y0 + 1) * width;
-            fill_plane(planes[c], &source, first, count, p->half);
-        }
-        CAU_TRY(exr_writer_band(writer, index, y0, y1, (const void *const *)planes, err));
+    for (size_t c = 0; c < part->channel_count; c++) {
+        Source source;
+        if (!find_source(p, part->channels[c].name, &source))
+            return error_set(err, CAU_ERROR_INTERNAL, "channel \"%s\" has no source", part->channels[c].name);
+        size_t offset = exr_channel_offset(part, c);
+        for (int32_t y = rows->y0; y <= rows->y1; y++)
+            fill_row(exr_rows_at(rows, y, offset), &source, (size_t)(y - part->data_window.y0) * width, width,
+                p->half);
     }
     return CAU_OK;
 }
 
+static cau_result write_part(
+    ExrWriter *writer, const ExrHeader *header, size_t index, const ExrPicture *p, CauError *err) {
+    const ExrPart *part = &header->parts[index];
+    ExrBands bands = exr_bands(part, exr_band_rows(part));
+    ExrRows rows = {0};
+    cau_result result = CAU_OK;
+    for (size_t band = 0; result == CAU_OK && band < bands.count; band++) {
+        int32_t y0, y1;
+        exr_band_at(&bands, band, &y0, &y1);
+        result = exr_rows_reserve(&rows, part, y0, y1, err);
+        if (result == CAU_OK) result = fill_rows(&rows, part, p, err);
+        if (result == CAU_OK) result = exr_writer_put_rows(writer, index, &rows, err);
+    }
+    exr_rows_free(&rows);
+    return result;
+}
+
 static cau_result write_parts(
     ExrWriter *writer, const ExrHeader *header, const ExrPicture *p, CauError *err) {
-    size_t channels = 0, values, bytes;
-    for (size_t i = 0; i < header->part_count; i++)
-        if (header->parts[i].channel_count > channels) channels = header->parts[i].channel_count;
-    int64_t rows = exr_box_height(header->parts[0].data_window);
-    if (rows > exr_band_rows(&header->parts[0])) rows = exr_band_rows(&header->parts[0]);
-    bool fits = checked_mul((size_t)exr_box_width(header->parts[0].data_window), (size_t)rows, &values) &&
-                checked_mul(values, p->half ? 2 : 4, &bytes);
-    void **planes = array_new(channels, sizeof *planes);
-    for (size_t c = 0; planes && fits && c < channels; c++) fits = (planes[c] = array_new(bytes, 1)) != NULL;
-    cau_result result = CAU_OK;
-    if (!planes || !fits)
-        result = error_set(err, CAU_ERROR_RESOURCE, "out of memory for %zu channels", channels);
-    for (size_t i = 0; result == CAU_OK && i < header->part_count; i++)
-        result = write_part(writer, header, i, p, planes, err);
-    for (size_t c = 0; planes && c < channels; c++) free(planes[c]);
-    free(planes);
-    return result;
+    for (size_t i = 0; i < header->part_count; i++) CAU_TRY(write_part(writer, header, i, p, err));
+    return CAU_OK;
 }
 
 static cau_result write_file(const char *path, const ExrHeader *header, const ExrPicture *p, CauError *err) {

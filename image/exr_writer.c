@@ -1,25 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "image/exr_writer.h"
+#include "image/exr_writer_private.h"
 
-#include "bridge/exr_imf.h"
 #include "core/checked.h"
 #include "image/exr_attr_io.h"
-#include "image/exr_core.h"
-#include "image/exr_zip.h"
 
-#include <limits.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <string.h>
-
-struct ExrWriter {
-    const ExrHeader *header;
-    char *shown;
-    exr_context_t context;
-    ExrCoreFile file;
-    exr_encode_pipeline_t pipeline;
-    size_t pipeline_part; /**< the part the pipeline was set up for */
-    bool pipeline_ready;
-    ImfWriter *imf; /**< writes instead of all the above when the core cannot */
-};
+#include <unistd.h>
 
 static cau_result failed(ExrWriter *w, exr_result_t code, CauError *err) {
     return exr_core_error(&w->file, code, "write", w->shown, err);
@@ -120,64 +108,32 @@ cau_result exr_writer_open(
     return result;
 }
 
-static exr_result_t chunk_info(ExrWriter *w, size_t part, int32_t x, int32_t y, exr_chunk_info_t *info) {
-    const ExrPart *p = &w->header->parts[part];
-    if (!p->tiled) return exr_write_scanline_chunk_info(w->context, (int)part, y, info);
-    int tile_y = (int)((y - (int64_t)p->data_window.y0) / p->tile_height);
-    return exr_write_tile_chunk_info(w->context, (int)part, x, tile_y, 0, 0, info);
-}
+bool exr_writer_takes_packed(const ExrWriter *writer) { return !writer->imf; }
 
-/* Encodes the chunk whose first row is y; x counts tiles. */
-static cau_result write_chunk(ExrWriter *w, size_t part, int32_t x, int32_t y, int32_t band_y0,
-    const void *const *planes, CauError *err) {
+cau_result exr_writer_put_packed(
+    ExrWriter *w, size_t part, int32_t y0, const ExrPacked *packed, CauError *err) {
     const ExrPart *p = &w->header->parts[part];
-    exr_chunk_info_t info;
-    exr_result_t code = chunk_info(w, part, x, y, &info);
-    if (code != EXR_ERR_SUCCESS) return failed(w, code, err);
-    bool fresh = !w->pipeline_ready || w->pipeline_part != part;
-    if (fresh) {
-        if (w->pipeline_ready) exr_encoding_destroy(w->context, &w->pipeline);
-        w->pipeline = (exr_encode_pipeline_t)EXR_ENCODE_PIPELINE_INITIALIZER;
-        code = exr_encoding_initialize(w->context, (int)part, &info, &w->pipeline);
-        w->pipeline_ready = code == EXR_ERR_SUCCESS;
-        w->pipeline_part = part;
-    } else {
-        code = exr_encoding_update(w->context, (int)part, &info, &w->pipeline);
+    size_t columns = (size_t)exr_chunk_columns(p), begin = 0;
+    if (w->imf) return error_set(err, CAU_ERROR_INTERNAL, "\"%s\" takes rows only", w->shown);
+    for (size_t i = 0; i < packed->count; i++) {
+        const uint8_t *bytes = packed->bytes + begin;
+        size_t size = packed->ends[i] - begin;
+        int row = (int)((y0 - (int64_t)p->data_window.y0) / exr_chunk_rows(p) + (int64_t)(i / columns));
+        exr_result_t code =
+            p->tiled ? exr_write_tile_chunk(w->context, (int)part, (int)(i % columns), row, 0, 0, bytes, size)
+                     : exr_write_scanline_chunk(
+                           w->context, (int)part, p->data_window.y0 + row * exr_chunk_rows(p), bytes, size);
+        if (code != EXR_ERR_SUCCESS) return failed(w, code, err);
+        begin = packed->ends[i];
     }
-    if (code != EXR_ERR_SUCCESS) return failed(w, code, err);
-    size_t width = (size_t)exr_box_width(p->data_window), row = (size_t)((int64_t)y - band_y0);
-    size_t first = row * width + (p->tiled ? (size_t)x * p->tile_width : 0);
-    for (size_t c = 0; c < p->channel_count; c++) {
-        exr_coding_channel_info_t *channel = &w->pipeline.channels[c];
-        size_t bytes = exr_type_bytes(p->channels[c].type);
-        channel->user_data_type = (uint16_t)p->channels[c].type;
-        channel->user_bytes_per_element = (int16_t)bytes;
-        channel->user_pixel_stride = (int32_t)bytes;
-        channel->user_line_stride = (int32_t)(bytes * width);
-        channel->encode_from_ptr = (const uint8_t *)planes[c] + first * bytes;
-    }
-    if (fresh) {
-        code = exr_encoding_choose_default_routines(w->context, (int)part, &w->pipeline);
-        bool zip = (exr_compression_t)p->codec == EXR_COMPRESSION_ZIP ||
-                   (exr_compression_t)p->codec == EXR_COMPRESSION_ZIPS;
-        if (zip) w->pipeline.compress_fn = exr_zip_compress;
-    }
-    if (code == EXR_ERR_SUCCESS) code = exr_encoding_run(w->context, (int)part, &w->pipeline);
-    return code == EXR_ERR_SUCCESS ? CAU_OK : failed(w, code, err);
-}
-
-cau_result exr_writer_band(
-    ExrWriter *w, size_t part, int32_t y0, int32_t y1, const void *const *planes, CauError *err) {
-    const ExrPart *p = &w->header->parts[part];
-    if (w->imf) return imf_writer_band(w->imf, part, y0, y1, planes, err);
-    int32_t step = (int32_t)p->tile_height, tiles = 1;
-    if (p->tiled)
-        tiles = (int32_t)((exr_box_width(p->data_window) + p->tile_width - 1) / p->tile_width);
-    else if (exr_get_scanlines_per_chunk(w->context, (int)part, &step) != EXR_ERR_SUCCESS)
-        return error_set(err, CAU_ERROR_INTERNAL, "cannot write \"%s\": the part has no rows", w->shown);
-    for (int64_t y = y0; y <= y1; y += step)
-        for (int32_t x = 0; x < tiles; x++) CAU_TRY(write_chunk(w, part, x, (int32_t)y, y0, planes, err));
     return CAU_OK;
+}
+
+cau_result exr_writer_put_rows(ExrWriter *w, size_t part, const ExrRows *rows, CauError *err) {
+    if (w->imf) return imf_writer_rows(w->imf, part, rows, err);
+    if (!w->encoder) CAU_TRY(exr_encoder_create(&w->encoder, w, err));
+    CAU_TRY(exr_encoder_pack(w->encoder, part, rows, &w->packed, err));
+    return exr_writer_put_packed(w, part, rows->y0, &w->packed, err);
 }
 
 static void destroy(ExrWriter **writer) {
@@ -188,7 +144,8 @@ static void destroy(ExrWriter **writer) {
 
 cau_result exr_writer_close(ExrWriter **writer, CauError *err) {
     ExrWriter *w = *writer;
-    if (w->pipeline_ready) exr_encoding_destroy(w->context, &w->pipeline);
+    exr_encoder_free(&w->encoder);
+    exr_packed_free(&w->packed);
     cau_result result =
         w->imf ? imf_writer_close(&w->imf, err) : exr_core_close(&w->context, &w->file, w->shown, err);
     destroy(writer);
@@ -198,4 +155,40 @@ cau_result exr_writer_close(ExrWriter **writer, CauError *err) {
 void exr_writer_abort(ExrWriter **writer) {
     if (!*writer) return;
     exr_writer_close(writer, NULL);
+}
+
+/* Reads from `at` on until a zero byte; false when there is none within the room. */
+static bool read_text(int fd, off_t at, char *text, size_t room) {
+    ssize_t n = pread(fd, text, room, at);
+    return n > 0 && memchr(text, 0, (size_t)n);
+}
+
+/* Where the value of an attribute of the first part begins; 0 when it is not there. */
+static off_t find_value(int fd, const char *wanted, const char *wanted_type) {
+    char name[257], type[257];
+    off_t at = 8; /* behind the magic number and the version */
+    while (read_text(fd, at, name, sizeof name) && name[0]) {
+        at += (off_t)strlen(name) + 1;
+        int32_t size;
+        if (!read_text(fd, at, type, sizeof type)) return 0;
+        at += (off_t)strlen(type) + 1;
+        if (pread(fd, &size, sizeof size, at) != sizeof size || size < 0) return 0;
+        at += (off_t)sizeof size;
+        if (strcmp(name, wanted) == 0) return strcmp(type, wanted_type) == 0 ? at : 0;
+        at += size;
+    }
+    return 0;
+}
+
+cau_result exr_writer_patch_int(
+    const char *path, const char *shown, const char *name, int32_t value, CauError *err) {
+    int fd = open(path, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+    if (fd < 0) return error_set(err, CAU_ERROR_RESOURCE, "cannot write \"%s\": %s", shown, strerror(errno));
+    off_t at = find_value(fd, name, "int");
+    bool done = at && pwrite(fd, &value, sizeof value, at) == sizeof value;
+    int cause = errno;
+    if (close(fd) != 0) done = false;
+    if (done) return CAU_OK;
+    return at ? error_set(err, CAU_ERROR_RESOURCE, "cannot write \"%s\": %s", shown, strerror(cause))
+              : error_set(err, CAU_ERROR_INTERNAL, "\"%s\" has no attribute \"%s\"", shown, name);
 }

@@ -60,6 +60,8 @@ typedef struct cau_merge_options {
     void *user;                 /**< given to the callbacks */
     void (*notice)(void *user, const char *sentence); /**< what the user should know, though it is no error */
     int (*cancelled)(void *user); /**< nonzero: stop, leave the old output, return CAU_ERROR_CANCELLED */
+    unsigned threads;             /**< 0: one per processor */
+    size_t memory_bytes;          /**< for bands on their way; 0: 1 GB. Less memory means fewer threads */
 } cau_merge_options;
 
 CAU_API cau_result cau_merge_create(cau_merge **out);
@@ -74,6 +76,28 @@ CAU_API cau_result cau_merge_add(cau_merge *merge, const cau_merge_options *opti
 /** Shows layer `pass` of options->beauty (any EXR file) as options->preview, a PNG. Of a caustics file,
  * without `pass`, the sum in its first part. */
 CAU_API cau_result cau_merge_preview(cau_merge *merge, const cau_merge_options *options);
+
+typedef enum cau_merge_host { CAU_MERGE_NUKE = 0, CAU_MERGE_BLENDER = 1 } cau_merge_host;
+
+/** Writes the sum as nodes of a host, with a panel of every light's settings: a .nk file, or a Python script
+ * for Blender 3.4 to 5.x. options->beauty is an output of cau_merge_add(), which records its inputs, recipe
+ * and spaces, or a caustics file; `recipe` and `lights` win over the record. With `frames` (first, last) it
+ * is a pattern with #### or %04d. Goes to options->output, or without one to `text`. */
+CAU_API cau_result cau_merge_script(cau_merge *merge, cau_merge_host host, const cau_merge_options *options,
+    const int frames[2], void (*text)(void *user, const char *text), void *user);
+
+typedef enum cau_merge_source {
+    CAU_MERGE_FROM_NUKE = 0, /**< a .nk file */
+    CAU_MERGE_FROM_BLENDER =
+        1,                    /**< a .blend file, which runs Blender ($BLENDER or "blender"), or our script */
+    CAU_MERGE_FROM_RECIPE = 2 /**< a recipe */
+} cau_merge_source;
+
+/** Reads every light's settings back. They go as a recipe to the file `output`, and, multiplied into the
+ * lights' strengths and colours, into the file `scene`, which is otherwise unchanged; with neither, as a
+ * recipe to `text`. Both names may be NULL. A muted light's strength becomes 0. */
+CAU_API cau_result cau_merge_recipe(cau_merge *merge, cau_merge_source source, const char *file,
+    const char *output, const char *scene, void (*text)(void *user, const char *text), void *user);
 
 /** Says what a file holds, line by line. */
 CAU_API cau_result cau_merge_list(

@@ -199,7 +199,8 @@ class Output(Case):
             with open(self.path("out.exr"), "wb") as file:
                 file.write(b"old")
             process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
-            time.sleep(.04)
+            while not self.leftovers() and process.poll() is None:
+                time.sleep(.001)
             process.send_signal(number)
             start = time.monotonic()
             _, text = process.communicate()
