@@ -21,3 +21,8 @@ foreach(t add colour files)
     set_tests_properties(merge_${t} PROPERTIES ENVIRONMENT "${environment}" SKIP_RETURN_CODE 77)
   endif()
 endforeach()
+if(CAUSTICS_OIIO_PYTHON)
+  # The long run (200 and more) is bench/composite/run.sh.
+  add_test(NAME merge_random COMMAND ${CAUSTICS_OIIO_PYTHON} -B ${CMAKE_SOURCE_DIR}/tests/composite/random_cases.py --count 40)
+  set_tests_properties(merge_random PROPERTIES ENVIRONMENT CAUSTIC_MERGE=$<TARGET_FILE:caustic-merge> SKIP_RETURN_CODE 77)
+endif()
