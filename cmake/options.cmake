@@ -85,3 +85,18 @@ function(caustics_program name)
   set_target_properties(${name} PROPERTIES INSTALL_RPATH "${CAUSTICS_PROGRAM_RPATH}")
   set_property(GLOBAL APPEND PROPERTY CAUSTICS_PROGRAMS ${name})
 endfunction()
+
+# Makes a C file of each text FILE, with the array host_<name without .py>, and appends it to the list SOURCES.
+function(caustics_embed sources)
+  foreach(file ${ARGN})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${file})
+    get_filename_component(name ${file} NAME_WE)
+    file(READ ${file} bytes HEX)
+    string(REGEX REPLACE "(..)" "0x\\1," bytes "${bytes}")
+    set(out ${CMAKE_BINARY_DIR}/embedded/${name}.c)
+    file(CONFIGURE OUTPUT ${out} @ONLY CONTENT
+      "#include \"composite/hosts/scripts.h\"\n\nconst char host_${name}[] = {${bytes} 0};\n")
+    list(APPEND ${sources} ${out})
+  endforeach()
+  set(${sources} ${${sources}} PARENT_SCOPE)
+endfunction()

@@ -147,18 +147,57 @@ static cau_result run_files(cau_merge *merge, Arguments *a,
     return worst;
 }
 
+static void print_text(void *user, const char *text) {
+    (void)user;
+    fputs(text, stdout);
+}
+
+static cau_result run_script(cau_merge *merge, Arguments *a) {
+    if (a->file_count != 1)
+        return usage(
+            "nuke and blender need one file, an output of add or caustics: see caustic-merge --help");
+    CauError err = {0};
+    int frames[2], step;
+    if (a->frames && frames_parse(a->frames, &frames[0], &frames[1], &step, &err) != CAU_OK)
+        return usage(err.text);
+    if (a->frames && step != 1) return usage("nuke and blender need every frame: --frames A-B");
+    a->options.beauty = a->files[0];
+    a->options.output = a->output;
+    cau_merge_host host = strcmp(a->command, "nuke") == 0 ? CAU_MERGE_NUKE : CAU_MERGE_BLENDER;
+    return say(cau_merge_script(merge, host, &a->options, a->frames ? frames : NULL, print_text, NULL),
+        cau_merge_error(merge));
+}
+
+static cau_result run_recipe(cau_merge *merge, Arguments *a) {
+    const char *files[] = {a->from_nuke, a->from_blender, a->options.recipe};
+    int given = 0, which = 0;
+    for (int i = 0; i < 3; i++) {
+        if (!files[i]) continue;
+        which = i;
+        given++;
+    }
+    if (given != 1 || a->file_count || a->light_count)
+        return usage(
+            "recipe needs one of --from-nuke FILE, --from-blender FILE, --recipe FILE, and no more files");
+    return say(cau_merge_recipe(
+                   merge, (cau_merge_source)which, files[which], a->output, a->to_scene, print_text, NULL),
+        cau_merge_error(merge));
+}
+
 static cau_result run_command(cau_merge *merge, Arguments *a) {
-    static const char *const commands[] = {"add", "preview", "list", "check", "shards", "nuke", "blender"};
+    static const char *const commands[] = {
+        "add", "preview", "list", "check", "nuke", "blender", "recipe", "shards"};
     enum { COMMANDS = sizeof commands / sizeof *commands };
     if (strcmp(a->command, "add") == 0) return run_add(merge, a);
     if (strcmp(a->command, "preview") == 0) return run_preview(merge, a);
     if (strcmp(a->command, "list") == 0) return run_files(merge, a, cau_merge_list);
     if (strcmp(a->command, "check") == 0) return run_files(merge, a, cau_merge_check);
-    for (int i = 4; i < COMMANDS; i++)
-        if (strcmp(a->command, commands[i]) == 0) {
-            fprintf(stderr, "caustic-merge: not yet supported: %s\n", a->command);
-            return CAU_ERROR_UNSUPPORTED;
-        }
+    if (strcmp(a->command, "nuke") == 0 || strcmp(a->command, "blender") == 0) return run_script(merge, a);
+    if (strcmp(a->command, "recipe") == 0) return run_recipe(merge, a);
+    if (strcmp(a->command, "shards") == 0) {
+        fprintf(stderr, "caustic-merge: not yet supported: %s\n", a->command);
+        return CAU_ERROR_UNSUPPORTED;
+    }
     fprintf(stderr, "caustic-merge: unknown command \"%s\"; did you mean %s? See caustic-merge --help\n",
         a->command, commands[nearest_name(a->command, commands, COMMANDS)]);
     return CAU_ERROR_USAGE;
