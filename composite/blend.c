@@ -8,7 +8,7 @@
 
 /* The lines of a lane by their use, three of each. */
 typedef struct Lines {
-    double *sum[3], *in[3], *albedo[3];
+    double *sum[3], *in[3], *albedo[3], *divisor[3], *holdout[3];
 } Lines;
 
 static Lines lines_of(const Lane *lane) {
@@ -17,6 +17,8 @@ static Lines lines_of(const Lane *lane) {
         lines.sum[c] = lane->lines + c * lane->width;
         lines.in[c] = lane->lines + (3 + c) * lane->width;
         lines.albedo[c] = lane->lines + (6 + c) * lane->width;
+        lines.divisor[c] = lane->lines + (9 + c) * lane->width;
+        lines.holdout[c] = lane->lines + (12 + c) * lane->width;
     }
     return lines;
 }
@@ -43,8 +45,10 @@ cau_result blend_needed(const Job *job, const Target *target, Lane *lane, bool *
         CAU_TRY(source_load(&lane->caustics, layer_of(job, term)->part, err));
         *needed = *needed || source_any(&lane->caustics, layer_of(job, term), window.x0, width);
     }
-    if (*needed && job->albedo) CAU_TRY(source_load(&lane->beauty, job->albedo->part, err));
-    return CAU_OK;
+    if (!*needed) return CAU_OK;
+    if (job->albedo) CAU_TRY(source_load(&lane->beauty, job->albedo->part, err));
+    if (target->divisor) CAU_TRY(source_load(&lane->beauty, target->divisor->part, err));
+    return holdout_load(job, lane, err);
 }
 
 /* What is no number becomes 0; their count. */
@@ -78,6 +82,18 @@ static void add_term(const Term *term, const Lines *l, size_t count) {
     }
 }
 
+/* Cycles' diffuse passes are divided by the diffuse colour; where that is black they can hold no light. */
+static void divide_row(
+    const ExrLayer *divisor, const Lane *lane, const Lines *l, int64_t y, int64_t x0, size_t width) {
+    for (int c = 0; c < 3; c++) {
+        source_row(&lane->beauty, divisor->part, divisor->rgb[c], y, x0, width, l->divisor[c]);
+        for (size_t i = 0; i < width; i++) {
+            double d = l->divisor[c][i];
+            l->sum[c][i] = d > 0 && d <= DBL_MAX ? l->sum[c][i] / d : 0;
+        }
+    }
+}
+
 /* All terms over one row of the target. */
 static void sum_row(const Job *job, const Target *target, Lane *lane, const Lines *l, ExrBox window,
     int64_t y, size_t width) {
@@ -100,6 +116,13 @@ static void sum_row(const Job *job, const Target *target, Lane *lane, const Line
         }
         add_term(term, l, width);
     }
+    if (holdout_any(&job->holdout)) {
+        double *left = l->holdout[0];
+        holdout_row(job, lane, y, window.x0, width, left, l->holdout[1], l->holdout[2]);
+        for (int c = 0; c < 3; c++)
+            for (size_t i = 0; i < width; i++) l->sum[c][i] *= left[i];
+    }
+    if (target->divisor) divide_row(target->divisor, lane, l, y, window.x0, width);
 }
 
 /* beauty + sum in the stored type. What is not changed keeps its bits: -0, NaN and infinities too. */

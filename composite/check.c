@@ -126,8 +126,9 @@ static void check_sum(Check *check) {
 static void create_sums(Check *check) {
     const ExrPart *part = &check->picture.header->parts[0];
     const ExrLayer *first = check->picture.layers.count ? &check->picture.layers.layers[0] : NULL;
-    if (!check->lights.count || !first || !first->bare || !exr_layer_is_rgb(first))
-        return; /* there is no total */
+    if (!check->lights.count || !first || !first->bare || !exr_layer_is_rgb(first) ||
+        exr_attr_find(part, CAU_ATTRIBUTE_MERGE))
+        return; /* there is no total: an output of `add` holds the beauty there */
     size_t pixels = (size_t)exr_box_width(part->data_window) * (size_t)exr_box_height(part->data_window);
     check->sum = array_new(pixels, 3 * sizeof(double));
     check->magnitude = array_new(pixels, 3 * sizeof(double));

@@ -22,7 +22,7 @@ typedef struct Picture {
 
 /** What the user asked of one layer, or of both layers of a light. */
 typedef struct Setting {
-    double gain, ev, tint[3];
+    double gain, ev, tint[3], temperature_k, saturation;
     bool mute, solo;
 } Setting;
 
@@ -37,6 +37,7 @@ typedef struct Light {
 typedef struct Lights {
     Light *lights;
     size_t count, capacity;
+    char *tint_space; /**< as a recipe says; NULL */
 } Lights;
 
 /** A layer that is added: target += [albedo x] matrix x layer. */
@@ -51,8 +52,31 @@ typedef struct Term {
 /** A layer of the beauty that is added to. */
 typedef struct Target {
     const ExrLayer *layer;
-    int light; /**< only the terms of this light; -1: all */
+    int light;               /**< only the terms of this light; -1: all */
+    const ExrLayer *divisor; /**< the diffuse colour, by which Cycles divides its diffuse passes; NULL */
 } Target;
+
+/** A caustic layer that travels in the output as a part of its own. */
+typedef struct Kept {
+    int layer;    /**< in the caustics' layers */
+    bool convert; /**< to the beauty's space */
+} Kept;
+
+/** Where caustics are kept off. */
+typedef struct Holdout {
+    Picture mask; /**< header NULL without one */
+    size_t mask_part;
+    int mask_channel;
+    bool by_alpha;
+    int alpha; /**< channel in the target's part */
+    struct HoldoutRank {
+        size_t part;
+        int id, coverage; /**< channels */
+    } * ranks;            /**< of the Cryptomattes that hold the names */
+    size_t rank_count, rank_capacity;
+    float *ids;
+    size_t id_count;
+} Holdout;
 
 typedef struct Job {
     const cau_merge_options *options;
@@ -67,6 +91,10 @@ typedef struct Job {
     Target *targets;
     size_t target_count, target_capacity;
     const ExrLayer *albedo; /**< NULL without --albedo */
+    Holdout holdout;
+    Kept *kept;
+    size_t kept_count;
+    double keep_matrix[9]; /**< caustics' space to the beauty's */
     Lights lights;
     const char *beauty_space, *caustics_space, *tint_space; /**< the configuration's names */
     ColourTagSource beauty_tag;                             /**< COLOUR_TAG_NONE: the user said it */
@@ -119,6 +147,20 @@ void lights_free(Lights *lights);
 cau_result lights_match(
     Light **out, bool *indirect_only, const Lights *lights, const char *name, CauError *err);
 
+/** The passes to add to besides the target: light groups, direct diffuse. */
+cau_result targets_find(Job *job);
+
+cau_result holdout_open(Job *job);
+void holdout_close(Holdout *holdout);
+static inline bool holdout_any(const Holdout *h) { return h->mask.header || h->by_alpha || h->rank_count; }
+/** The float whose bits are the Cryptomatte id of a name. */
+float holdout_name_id(const char *name);
+
+/** Chooses the layers that travel in the output. */
+cau_result keep_choose(Job *job);
+/** Appends their parts to the output's header, and says in it what they are. */
+cau_result keep_header(const Job *job, ExrHeader *header);
+
 /** The space of a picture: `said`, or what its header says of `part`. Must be linear. */
 cau_result space_find(const char **out, ColourTagSource *source, const Job *job, const Picture *picture,
     size_t part, const char *said, const char *option);
@@ -126,6 +168,14 @@ cau_result space_find(const char **out, ColourTagSource *source, const Job *job,
 cau_result space_named(const char **out, const Job *job, const char *name, const char *option);
 /** The interchange name of a space, or NULL. */
 const char *space_id(const Colour *colour, const char *space);
+/** The configuration's space of that interchange name, or NULL. */
+const char *space_of_id(const Colour *colour, const char *id);
+
+/** Nothing asked for. */
+extern const Setting setting_plain;
+/** The linear Rec.709 of a black body of `kelvin`, divided by that of 6500 K; luminance about 1. False beyond
+ * 1667..25000 K. */
+bool black_body_rgb(double rgb[3], double kelvin);
 
 /** Applies a recipe file to the lights. */
 cau_result recipe_apply(Lights *lights, const char *path, CauError *err);
@@ -133,6 +183,8 @@ cau_result recipe_apply(Lights *lights, const char *path, CauError *err);
 cau_result recipe_apply_text(Lights *lights, const char *json, const char *from, CauError *err);
 /** Applies one entry. */
 cau_result setting_apply(Lights *lights, const cau_merge_light *entry, CauError *err);
+/** The settings as the text of a recipe file; to be freed. NULL when out of memory. */
+char *recipe_text(const Job *job);
 /** JSON record of what was done, for the output's header; to be freed. NULL when out of memory. */
 char *recipe_record(const Job *job);
 

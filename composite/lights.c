@@ -31,14 +31,13 @@ static cau_result new_light(Lights *lights, const char *name, Light **out, CauEr
     if (!array_reserve(&array, &lights->capacity, lights->count + 1, sizeof **out)) return no_memory(err);
     lights->lights = array;
     Light *light = *out = &lights->lights[lights->count];
-    Setting plain = {.gain = 1, .tint = {1, 1, 1}};
     *light = (Light){.name = string_copy(name),
         .radiance = -1,
         .indirect = -1,
         .irradiance = -1,
         .seen = -1,
-        .both = plain,
-        .indirect_only = plain};
+        .both = setting_plain,
+        .indirect_only = setting_plain};
     if (!light->name) return no_memory(err);
     lights->count++;
     return CAU_OK;
@@ -138,6 +137,7 @@ void lights_free(Lights *lights) {
         free(lights->lights[i].base);
     }
     free(lights->lights);
+    free(lights->tint_space);
     *lights = (Lights){0};
 }
 

@@ -2,8 +2,6 @@
 /* What is added to what: the pass, the light layers, the pixels' places, the colour spaces. */
 #include "composite/job.h"
 
-#include "core/checked.h"
-
 #include <inttypes.h>
 #include <math.h>
 
@@ -19,15 +17,6 @@ static const ExrPart *caustics_part(const Job *job) {
     return &job->caustics.header->parts[0];
 }
 
-static cau_result add_target(Job *job, const ExrLayer *layer, int light) {
-    void *array = job->targets;
-    if (!array_reserve(&array, &job->target_capacity, job->target_count + 1, sizeof *job->targets))
-        return error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for the list of passes");
-    job->targets = array;
-    job->targets[job->target_count++] = (Target){.layer = layer, .light = light};
-    return CAU_OK;
-}
-
 static cau_result match_target(Job *job) {
     const char *pass = job->options->pass;
     CAU_TRY(pass ? picture_find_layer(&job->target, &job->beauty, pass, "--pass", job->err)
@@ -40,7 +29,6 @@ static cau_result match_target(Job *job) {
                 "or float",
                 job->options->beauty, channel->name);
     }
-    CAU_TRY(add_target(job, job->target, -1));
     if (job->options->albedo)
         return picture_find_layer(&job->albedo, &job->beauty, job->options->albedo, "--albedo", job->err);
     return CAU_OK;
@@ -124,6 +112,8 @@ cau_result job_match(Job *job) {
     ColourTagSource unused;
     CAU_TRY(match_target(job));
     CAU_TRY(match_lights(job));
+    CAU_TRY(targets_find(job));
+    CAU_TRY(holdout_open(job));
     CAU_TRY(check_complete(job));
     CAU_TRY(match_windows(job));
     say_levels(job, &job->beauty);
@@ -132,6 +122,7 @@ cau_result job_match(Job *job) {
         o->beauty_space, "--beauty-space"));
     CAU_TRY(space_find(
         &job->caustics_space, &unused, job, &job->caustics, 0, o->caustics_space, "--caustics-space"));
+    if (o->keep_layers) CAU_TRY(keep_choose(job));
     job->tint_space = job->beauty_space;
     if (o->tint_space) CAU_TRY(space_named(&job->tint_space, job, o->tint_space, "--tint-space"));
     if (o->preview) CAU_TRY(preview_open(job));

@@ -33,14 +33,15 @@ CauError *merge_begin(cau_merge *merge) {
 }
 
 static cau_result check_light(const cau_merge_light *l, CauError *err) {
-    if (!l->light) return error_set(err, CAU_ERROR_USAGE, "an entry for a light has no name");
     bool finite = true;
+    if (l->set & CAU_MERGE_TEMPERATURE) finite = finite && isfinite(l->temperature_k);
+    if (l->set & CAU_MERGE_SATURATION) finite = finite && isfinite(l->saturation);
     if (l->set & CAU_MERGE_GAIN) finite = finite && isfinite(l->gain);
     if (l->set & CAU_MERGE_EV) finite = finite && isfinite(l->ev);
     for (int i = 0; i < 3 && (l->set & CAU_MERGE_TINT); i++) finite = finite && isfinite(l->tint[i]);
-    return finite
-               ? CAU_OK
-               : error_set(err, CAU_ERROR_USAGE, "light \"%s\": a factor is not a finite number", l->light);
+    return finite ? CAU_OK
+                  : error_set(err, CAU_ERROR_USAGE, "light \"%s\": a factor is not a finite number",
+                        l->light ? l->light : "(every light)");
 }
 
 /* A caller built against an older header gives a shorter structure; what it lacks is zero. */

@@ -30,8 +30,8 @@ static cau_result check_output(const Job *job, const char *output) {
         return error_set(
             job->err, CAU_ERROR_INPUT, "cannot write \"%s\": it is a device or a pipe, not a file", output);
     if (stat(output, &out) != 0) return CAU_OK;
-    const char *inputs[] = {
-        job->options->beauty, job->options->caustics, job->options->recipe, job->options->ocio};
+    const char *inputs[] = {job->options->beauty, job->options->caustics, job->options->recipe,
+        job->options->ocio, job->options->holdout};
     for (size_t i = 0; i < sizeof inputs / sizeof *inputs; i++)
         if (inputs[i] && stat(inputs[i], &in) == 0 && in.st_dev == out.st_dev && in.st_ino == out.st_ino)
             return error_set(job->err, CAU_ERROR_INPUT,
@@ -42,10 +42,14 @@ static cau_result check_output(const Job *job, const char *output) {
 
 static cau_result check_outputs(const Job *job) {
     const cau_merge_options *o = job->options;
-    CAU_TRY(check_output(job, o->output));
-    CAU_TRY(check_output(job, o->preview));
-    if (o->output && o->preview && strcmp(o->output, o->preview) == 0)
-        return error_set(job->err, CAU_ERROR_USAGE, "the output and the preview are both \"%s\"", o->output);
+    const char *outputs[] = {o->output, o->preview, o->write_recipe};
+    enum { OUTPUTS = sizeof outputs / sizeof *outputs };
+    for (int i = 0; i < OUTPUTS; i++) {
+        CAU_TRY(check_output(job, outputs[i]));
+        for (int k = 0; k < i; k++)
+            if (outputs[i] && outputs[k] && strcmp(outputs[i], outputs[k]) == 0)
+                return error_set(job->err, CAU_ERROR_USAGE, "two outputs are both \"%s\"", outputs[i]);
+    }
     return CAU_OK;
 }
 
@@ -62,6 +66,8 @@ cau_result job_open(Job *job) {
 
 void job_close(Job *job) {
     free(job->targets);
+    free(job->kept);
+    holdout_close(&job->holdout);
     free(job->terms);
     colour_view_close(&job->view);
     lights_free(&job->lights);

@@ -67,7 +67,7 @@ cau_result space_named(const char **out, const Job *job, const char *name, const
 }
 
 /* Configurations differ in what they call a space. */
-static const char *resolve_id(const Colour *colour, const char *id) {
+const char *space_of_id(const Colour *colour, const char *id) {
     const char *space = colour_resolve(colour, id), *other;
     for (size_t i = 0; !space && i < colour_id_count(); i++)
         if (strcmp(colour_id_at(i), id) == 0)
@@ -89,7 +89,7 @@ cau_result space_find(const char **out, ColourTagSource *source, const Job *job,
             tag.unknown_chromaticities ? "has the chromaticities of no known colour space"
                                        : "does not say in which colour space it is",
             option, option);
-    const char *space = resolve_id(job->colour, tag.id);
+    const char *space = space_of_id(job->colour, tag.id);
     if (!space) return unknown_space(job, file, tag.id, option);
     if (tag.source == COLOUR_TAG_BLENDER)
         job_notice(job,

@@ -26,16 +26,20 @@ static bool same_layout(const ExrPart *a, const ExrPart *b) {
            a->tile_width == b->tile_width && a->tile_height == b->tile_height;
 }
 
-static int piece_rows(const ExrPart *in, const ExrPart *out) {
-    int a = exr_band_rows(in), b = exr_band_rows(out);
-    return a > b ? a : b;
+/* Part `index` of the output comes from the beauty, those behind from the caustics. */
+static bool is_kept(const Stream *s, size_t index) { return index >= s->job->beauty.header->part_count; }
+
+static int piece_rows(const Stream *s, size_t index) {
+    int out = exr_band_rows(&s->header->parts[index]);
+    int in = is_kept(s, index) ? 0 : exr_band_rows(&s->job->beauty.header->parts[index]);
+    return in > out ? in : out;
 }
 
 static cau_result cut(Stream *s) {
     size_t capacity = 0;
     for (size_t i = 0; i < s->header->part_count; i++) {
         const ExrPart *part = &s->header->parts[i];
-        ExrBands bands = exr_bands(part, piece_rows(&s->job->beauty.header->parts[i], part));
+        ExrBands bands = exr_bands(part, piece_rows(s, i));
         void *array = s->pieces;
         if (!array_reserve(&array, &capacity, s->piece_count + bands.count, sizeof *s->pieces))
             return error_set(s->job->err, CAU_ERROR_RESOURCE, "out of memory for %zu bands", bands.count);
@@ -55,7 +59,7 @@ static size_t lane_bytes(const Stream *s) {
     const ExrHeader *light = s->job->caustics.header;
     for (size_t i = 0; i < s->header->part_count; i++) {
         const ExrPart *part = &s->header->parts[i];
-        size_t rows = (size_t)piece_rows(&s->job->beauty.header->parts[i], part);
+        size_t rows = (size_t)piece_rows(s, i);
         size_t bytes = (size_t)exr_box_width(part->data_window) * rows * exr_part_pixel_bytes(part);
         if (bytes > most) most = bytes;
     }
@@ -85,12 +89,15 @@ static cau_result create_lane(const Stream *s, Lane *lane, CauError *err) {
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a row of %zu pixels", lane->width);
     CAU_TRY(source_create(&lane->beauty, &job->beauty, 0, 0, err));
     CAU_TRY(source_create(&lane->caustics, &job->caustics, job->shift_x, job->shift_y, err));
+    if (job->holdout.mask.header) CAU_TRY(source_create(&lane->mask, &job->holdout.mask, 0, 0, err));
     return exr_writer_takes_packed(s->writer) ? exr_encoder_create(&lane->encoder, s->writer, err) : CAU_OK;
 }
 
 static void free_lane(Lane *lane) {
     source_free(&lane->beauty);
     source_free(&lane->caustics);
+    source_free(&lane->mask);
+    exr_rows_free(&lane->kept);
     exr_encoder_free(&lane->encoder);
     exr_packed_free(&lane->packed);
     free(lane->lines);
@@ -119,6 +126,10 @@ static cau_result work(void *data, size_t index, unsigned slot, CauError *err) {
     lane->ready = NULL;
     source_begin(&lane->beauty, piece->y0, piece->y1);
     source_begin(&lane->caustics, piece->y0, piece->y1);
+    if (lane->mask.decoder) source_begin(&lane->mask, piece->y0, piece->y1);
+    if (is_kept(s, piece->part))
+        return keep_band(s->job, s->header, piece->part - s->job->beauty.header->part_count, lane, piece->y0,
+            piece->y1, err);
     CAU_TRY(blend(s->job, piece, lane, &changed, err));
     if (!changed && lane->encoder &&
         same_layout(&s->job->beauty.header->parts[piece->part], &s->header->parts[piece->part]))

@@ -6,6 +6,7 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 static cau_result choose_codecs(const Job *job, ExrHeader *header) {
     ExrCodec wanted = EXR_CODEC_ZIP;
@@ -52,6 +53,7 @@ static cau_result build_header(const Job *job, ExrHeader *header) {
                                : error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for the record");
     free(record);
     CAU_TRY(result);
+    if (job->kept_count) CAU_TRY(keep_header(job, header));
     const char *id = space_id(job->colour, job->beauty_space);
     if (job->beauty_tag == COLOUR_TAG_NONE)
         return colour_tag_replace(header, job->target->part, id, job->err);
@@ -104,12 +106,21 @@ static cau_result show(const Job *job) {
     return result;
 }
 
+static cau_result write_recipe(const Job *job) {
+    char *text = recipe_text(job);
+    if (!text) return error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for the recipe");
+    cau_result result = file_write_atomic(job->options->write_recipe, text, strlen(text), job->err);
+    free(text);
+    return result;
+}
+
 cau_result job_write(Job *job) {
     ExrHeader header = {0};
     cau_result result = build_header(job, &header);
     if (result == CAU_OK) result = write_file(job, &header);
     exr_header_free(&header);
     if (result == CAU_OK) say_counts(job);
+    if (result == CAU_OK && job->options->write_recipe) result = write_recipe(job);
     if (result == CAU_OK && job->options->preview) result = show(job);
     return result;
 }

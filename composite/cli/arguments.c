@@ -9,12 +9,12 @@
 #include <math.h>
 #include <stdio.h>
 
-typedef enum Kind { TEXT, FLAG, OFFSET, LIGHT } Kind;
+typedef enum Kind { TEXT, FLAG, SWITCH, OFFSET, LIGHT, EVERY, NAME, THREADS, MEMORY } Kind;
 
 typedef struct Option {
     const char *name;
     Kind kind;
-    size_t at;    /* TEXT, FLAG: offset in Arguments */
+    size_t at;    /* TEXT, FLAG (bool), SWITCH (int): offset in Arguments */
     uint32_t set; /* LIGHT: CAU_MERGE_... */
 } Option;
 
@@ -28,6 +28,18 @@ static const Option options[] = {
     {"--tint", LIGHT, 0, CAU_MERGE_TINT},
     {"--mute", LIGHT, 0, CAU_MERGE_MUTE},
     {"--solo", LIGHT, 0, CAU_MERGE_SOLO},
+    {"--temperature", LIGHT, 0, CAU_MERGE_TEMPERATURE},
+    {"--saturation", LIGHT, 0, CAU_MERGE_SATURATION},
+    {"--all-to", EVERY, 0, 0},
+    {"--write-recipe", TEXT, IN_OPTIONS(write_recipe), 0},
+    {"--into-groups", SWITCH, IN_OPTIONS(into_groups), 0},
+    {"--into-diffuse", SWITCH, IN_OPTIONS(into_diffuse), 0},
+    {"--keep-layers", SWITCH, IN_OPTIONS(keep_layers), 0},
+    {"--holdout", TEXT, IN_OPTIONS(holdout), 0},
+    {"--holdout-alpha", SWITCH, IN_OPTIONS(holdout_alpha), 0},
+    {"--holdout-name", NAME, 0, 0},
+    {"--threads", THREADS, 0, 0},
+    {"--memory", MEMORY, 0, 0},
     {"--recipe", TEXT, IN_OPTIONS(recipe), 0},
     {"--pass", TEXT, IN_OPTIONS(pass), 0},
     {"--layer", TEXT, IN_OPTIONS(pass), 0},
@@ -41,11 +53,8 @@ static const Option options[] = {
     {"--display", TEXT, IN_OPTIONS(display), 0},
     {"--view", TEXT, IN_OPTIONS(view), 0},
     {"--offset", OFFSET, 0, 0},
-    {"--allow-incomplete", FLAG, IN_OPTIONS(allow_incomplete), 0},
+    {"--allow-incomplete", SWITCH, IN_OPTIONS(allow_incomplete), 0},
     {"--frames", TEXT, offsetof(Arguments, frames), 0},
-    {"--from-nuke", TEXT, offsetof(Arguments, from_nuke), 0},
-    {"--from-blender", TEXT, offsetof(Arguments, from_blender), 0},
-    {"--to-scene", TEXT, offsetof(Arguments, to_scene), 0},
     {"--quiet", FLAG, offsetof(Arguments, quiet), 0},
     {"--help", FLAG, offsetof(Arguments, help), 0},
     {"-h", FLAG, offsetof(Arguments, help), 0},
@@ -74,6 +83,72 @@ static bool read_tint(const char *text, double tint[3]) {
     return true;
 }
 
+/* The values that belong to a light, and what they must look like. */
+static const struct Value {
+    uint32_t set;
+    size_t at;
+    int count;
+    const char *key, *wanted;
+} values[] = {
+    {CAU_MERGE_GAIN, offsetof(cau_merge_light, gain), 1, "gain", "a finite number"},
+    {CAU_MERGE_EV, offsetof(cau_merge_light, ev), 1, "ev", "a finite number"},
+    {CAU_MERGE_TINT, offsetof(cau_merge_light, tint), 3, "tint", "three finite numbers R,G,B"},
+    {CAU_MERGE_TEMPERATURE, offsetof(cau_merge_light, temperature_k), 1, "temperature", "a number of kelvin"},
+    {CAU_MERGE_SATURATION, offsetof(cau_merge_light, saturation), 1, "saturation", "a finite number"},
+};
+enum { VALUES = sizeof values / sizeof *values };
+
+static cau_result read_value(cau_merge_light *light, const char *text, const char *option, CauError *err) {
+    for (int i = 0; i < VALUES; i++) {
+        double *to = (double *)(void *)((char *)light + values[i].at);
+        if (values[i].set != light->set) continue;
+        if (values[i].count == 3 ? read_tint(text, to) : whole_number(text, to)) return CAU_OK;
+        return error_set(err, CAU_ERROR_USAGE, "%s %s: \"%s\" is not %s", option,
+            light->light ? light->light : values[i].key, text, values[i].wanted);
+    }
+    return CAU_OK;
+}
+
+/* --all-to ev=1: one value for every light. */
+static cau_result read_every(Arguments *a, const char *text, CauError *err) {
+    cau_merge_light *light = &a->lights[a->light_count];
+    const char *equals = strchr(text, '=');
+    size_t length = equals ? (size_t)(equals - text) : 0;
+    *light = (cau_merge_light){0};
+    a->light_names[a->light_count++] = NULL;
+    for (int i = 0; equals && i < VALUES; i++)
+        if (strlen(values[i].key) == length && strncmp(values[i].key, text, length) == 0)
+            light->set = values[i].set;
+    if (light->set) return read_value(light, equals + 1, "--all-to", err);
+    return error_set(err, CAU_ERROR_USAGE,
+        "--all-to: \"%s\" is not KEY=VALUE with a key out of gain, ev, tint, temperature, saturation", text);
+}
+
+static cau_result read_threads(Arguments *a, const char *text, CauError *err) {
+    double count;
+    if (!whole_number(text, &count) || count < 1 || count > 1024 || count != floor(count))
+        return error_set(
+            err, CAU_ERROR_USAGE, "--threads: \"%s\" is not a whole number from 1 to 1024", text);
+    a->options.threads = (unsigned)count;
+    return CAU_OK;
+}
+
+static cau_result read_memory(Arguments *a, const char *text, CauError *err) {
+    const char *end;
+    double size, unit = 1;
+    bool good = read_number(text, &end, &size);
+    if (good && *end && strchr("kKmMgG", *end)) {
+        unit = strchr("kK", *end) ? 1e3 : strchr("mM", *end) ? 1e6 : 1e9;
+        end++;
+    }
+    if (good && (*end == 'B' || *end == 'b')) end++;
+    if (!good || *end || size * unit < 1e6 || size * unit > 1e15)
+        return error_set(
+            err, CAU_ERROR_USAGE, "--memory: \"%s\" is not a size of at least 1M, as in 500M or 2G", text);
+    a->options.memory_bytes = (size_t)(size * unit);
+    return CAU_OK;
+}
+
 static cau_result read_light(Arguments *a, const Option *option, const char *value, CauError *err) {
     cau_merge_light *light = &a->lights[a->light_count];
     char *name = string_copy(value);
@@ -87,12 +162,7 @@ static cau_result read_light(Arguments *a, const Option *option, const char *val
     if (!equals || equals == name)
         return error_set(err, CAU_ERROR_USAGE, "%s: \"%s\" is not NAME=VALUE", option->name, value);
     *equals = '\0';
-    bool tint = option->set & CAU_MERGE_TINT, ev = option->set & CAU_MERGE_EV;
-    bool good =
-        tint ? read_tint(equals + 1, light->tint) : whole_number(equals + 1, ev ? &light->ev : &light->gain);
-    if (good) return CAU_OK;
-    return error_set(err, CAU_ERROR_USAGE, "%s %s: \"%s\" is not %s", option->name, name, equals + 1,
-        tint ? "three finite numbers R,G,B" : "a finite number");
+    return read_value(light, equals + 1, option->name, err);
 }
 
 static cau_result read_offset(Arguments *a, const char *value, CauError *err) {
@@ -117,6 +187,24 @@ static cau_result unknown_option(const char *name, CauError *err) {
         name, names[nearest_name(name, names, OPTIONS)]);
 }
 
+static cau_result take_value(Arguments *a, const Option *option, const char *value, CauError *err) {
+    if (option->kind == LIGHT) return read_light(a, option, value, err);
+    if (option->kind == EVERY) return read_every(a, value, err);
+    if (option->kind == OFFSET) return read_offset(a, value, err);
+    if (option->kind == THREADS) return read_threads(a, value, err);
+    if (option->kind == MEMORY) return read_memory(a, value, err);
+    if (!value[0]) return error_set(err, CAU_ERROR_USAGE, "%s needs a value, not an empty one", option->name);
+    if (strcmp(value, "-") == 0)
+        return error_set(err, CAU_ERROR_USAGE,
+            "%s: \"-\" is not a file name here; for a file of that name write ./-", option->name);
+    if (option->kind == NAME) {
+        a->holdout_names[a->holdout_name_count++] = value;
+        return CAU_OK;
+    }
+    memcpy((char *)a + option->at, &value, sizeof value);
+    return CAU_OK;
+}
+
 /* "--name=value" and "--name value" both work; *used says how many words were taken. */
 static cau_result read_option(Arguments *a, int left, char **words, int *used, CauError *err) {
     const char *word = words[0], *equals = strncmp(word, "--", 2) == 0 ? strchr(word, '=') : NULL;
@@ -129,24 +217,17 @@ static cau_result read_option(Arguments *a, int left, char **words, int *used, C
     if (!option) return unknown_option(word, err);
     if (option->at != offsetof(Arguments, quiet) && option->at != offsetof(Arguments, output))
         a->any_option = true;
-    if (option->kind == FLAG) {
+    if (option->kind == FLAG || option->kind == SWITCH) {
         if (equals) return error_set(err, CAU_ERROR_USAGE, "%s takes no value", option->name);
-        if (option->at == (size_t)(IN_OPTIONS(allow_incomplete)))
-            a->options.allow_incomplete = 1;
+        if (option->kind == SWITCH)
+            *(int *)(void *)((char *)a + option->at) = 1;
         else
             *(bool *)((char *)a + option->at) = true;
         return CAU_OK;
     }
     if (!equals && left < 2) return error_set(err, CAU_ERROR_USAGE, "%s needs a value", option->name);
     const char *value = equals ? equals + 1 : words[(*used)++];
-    if (option->kind == LIGHT) return read_light(a, option, value, err);
-    if (option->kind == OFFSET) return read_offset(a, value, err);
-    if (!value[0]) return error_set(err, CAU_ERROR_USAGE, "%s needs a value, not an empty one", option->name);
-    if (strcmp(value, "-") == 0)
-        return error_set(err, CAU_ERROR_USAGE,
-            "%s: \"-\" is not a file name here; for a file of that name write ./-", option->name);
-    memcpy((char *)a + option->at, &value, sizeof value);
-    return CAU_OK;
+    return take_value(a, option, value, err);
 }
 
 static cau_result read_word(Arguments *a, const char *word, CauError *err) {
@@ -168,7 +249,8 @@ cau_result arguments_parse(Arguments *out, int argc, char **argv, CauError *err)
     out->files = array_new(most, sizeof *out->files);
     out->lights = array_new(most, sizeof *out->lights);
     out->light_names = array_new(most, sizeof *out->light_names);
-    if (!out->files || !out->lights || !out->light_names)
+    out->holdout_names = array_new(most, sizeof *out->holdout_names);
+    if (!out->files || !out->lights || !out->light_names || !out->holdout_names)
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the command line");
     bool only_files = false;
     for (int i = 1; i < argc;) {
@@ -183,12 +265,15 @@ cau_result arguments_parse(Arguments *out, int argc, char **argv, CauError *err)
     }
     out->options.lights = out->lights;
     out->options.light_count = out->light_count;
+    out->options.holdout_names = out->holdout_names;
+    out->options.holdout_name_count = out->holdout_name_count;
     return CAU_OK;
 }
 
 void arguments_free(Arguments *a) {
     for (size_t i = 0; i < a->light_count; i++) free(a->light_names[i]);
     free(a->light_names);
+    free(a->holdout_names);
     free(a->lights);
     free(a->files);
     *a = (Arguments){0};

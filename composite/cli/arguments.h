@@ -17,8 +17,9 @@ typedef struct Arguments {
     cau_merge_light *lights;
     char **light_names; /**< storage for lights[i].light */
     size_t light_count;
+    const char **holdout_names; /**< storage for options.holdout_names */
+    size_t holdout_name_count;
     const char *output, *frames;
-    const char *from_nuke, *from_blender, *to_scene;
     bool quiet, help, version;
     bool any_option; /**< any that changes what a command does */
 } Arguments;

@@ -24,16 +24,20 @@ enum {
     CAU_MERGE_EV = 1 << 1,
     CAU_MERGE_TINT = 1 << 2,
     CAU_MERGE_MUTE = 1 << 3,
-    CAU_MERGE_SOLO = 1 << 4
+    CAU_MERGE_SOLO = 1 << 4,
+    CAU_MERGE_TEMPERATURE = 1 << 5,
+    CAU_MERGE_SATURATION = 1 << 6
 };
 
-/** A light's factor is gain x 2^ev x tint. `light` is its original name, its layer's name, or that without
- *  "caustics_"; the name of an indirect layer means that layer alone. A later entry for the same light wins,
- * field by field. */
+/** A light's factor is gain x 2^ev x tint x the colour of its temperature, after its saturation. `light` is
+ * its original name, its layer's name, or that without "caustics_"; the name of an indirect layer means that
+ * layer alone, NULL means every light. A later entry for the same light wins, field by field. */
 typedef struct cau_merge_light {
     const char *light;
     uint32_t set; /**< CAU_MERGE_... */
     double gain, ev, tint[3];
+    double temperature_k; /**< of a black body, 1667 to 25000 K; 6500 changes nothing */
+    double saturation;    /**< 0: grey of the same luminance, 1: unchanged, up to 100 */
 } cau_merge_light;
 
 /** Fill with zeros and set `size`; NULL and 0 are the defaults. */
@@ -60,6 +64,14 @@ typedef struct cau_merge_options {
     void *user;                 /**< given to the callbacks */
     void (*notice)(void *user, const char *sentence); /**< what the user should know, though it is no error */
     int (*cancelled)(void *user); /**< nonzero: stop, leave the old output, return CAU_ERROR_CANCELLED */
+    const char *write_recipe; /**< JSON file: what was applied, as a recipe */
+    int into_groups;          /**< each light also into the pass Combined_NAME of its light group */
+    int into_diffuse; /**< all also into the direct diffuse pass, divided by the diffuse colour as Cycles does */
+    int keep_layers;  /**< the caustic layers travel in the output, unchanged but for the space */
+    const char *holdout;              /**< EXR mask, "FILE" or "FILE:CHANNEL": no light where it is 1 */
+    int holdout_alpha;                /**< no light where the target's alpha is 0 */
+    const char *const *holdout_names; /**< Cryptomatte names in the beauty: no light on them */
+    size_t holdout_name_count;
     unsigned threads;             /**< 0: one per processor */
     size_t memory_bytes;          /**< for bands on their way; 0: 1 GB. Less memory means fewer threads */
 } cau_merge_options;
