@@ -20,6 +20,7 @@ typedef struct Arguments {
     const char **holdout_names; /**< storage for options.holdout_names */
     size_t holdout_name_count;
     const char *output, *frames;
+    const char *from_nuke, *from_blender, *to_scene;
     bool quiet, help, version;
     bool any_option; /**< any that changes what a command does */
 } Arguments;
