@@ -64,16 +64,17 @@ typedef struct cau_merge_options {
     void *user;                 /**< given to the callbacks */
     void (*notice)(void *user, const char *sentence); /**< what the user should know, though it is no error */
     int (*cancelled)(void *user); /**< nonzero: stop, leave the old output, return CAU_ERROR_CANCELLED */
-    const char *write_recipe; /**< JSON file: what was applied, as a recipe */
-    int into_groups;          /**< each light also into the pass Combined_NAME of its light group */
-    int into_diffuse; /**< all also into the direct diffuse pass, divided by the diffuse colour as Cycles does */
+    const char *write_recipe;     /**< JSON file: what was applied, as a recipe */
+    int into_groups;              /**< each light also into the pass Combined_NAME of its light group */
+    int into_diffuse; /**< all also into the direct diffuse pass, divided by the diffuse colour as Cycles does
+                       */
     int keep_layers;  /**< the caustic layers travel in the output, unchanged but for the space */
     const char *holdout;              /**< EXR mask, "FILE" or "FILE:CHANNEL": no light where it is 1 */
     int holdout_alpha;                /**< no light where the target's alpha is 0 */
     const char *const *holdout_names; /**< Cryptomatte names in the beauty: no light on them */
     size_t holdout_name_count;
-    unsigned threads;             /**< 0: one per processor */
-    size_t memory_bytes;          /**< for bands on their way; 0: 1 GB. Less memory means fewer threads */
+    unsigned threads;    /**< 0: one per processor */
+    size_t memory_bytes; /**< for bands on their way; 0: 1 GB. Less memory means fewer threads */
 } cau_merge_options;
 
 CAU_API cau_result cau_merge_create(cau_merge **out);
