@@ -68,58 +68,32 @@ static cau_result add_one(cau_merge *merge, Arguments *a) {
     return result;
 }
 
-typedef struct Names {
-    char *beauty, *caustics, *output, *preview;
-} Names;
-
-static void free_names(Names *n) {
-    free(n->beauty);
-    free(n->caustics);
-    free(n->output);
-    free(n->preview);
-}
-
-static bool frame_names(Names *out, const Arguments *a, int frame) {
-    *out = (Names){frames_name(a->files[0], frame), frames_name(a->files[1], frame),
-        frames_name(a->output, frame), a->options.preview ? frames_name(a->options.preview, frame) : NULL};
-    return out->beauty && out->caustics && out->output && (out->preview || !a->options.preview);
+static void print_frame(void *user, int frame, const char *output, cau_result result, const char *sentence) {
+    const Arguments *a = user;
+    if (result != CAU_OK)
+        fprintf(stderr, "caustic-merge: frame %d was not done: %s\n", frame, sentence);
+    else if (!a->quiet)
+        printf("%s %s\n", strcmp(sentence, "done") == 0 ? "wrote" : sentence, output);
 }
 
 static cau_result add_frames(cau_merge *merge, Arguments *a) {
     CauError err = {0};
-    int first, last, step, failed = 0, count = 0;
-    if (frames_parse(a->frames, &first, &last, &step, &err) != CAU_OK) return usage(err.text);
-    const char *preview = a->options.preview;
-    for (int frame = first; frame <= last; frame += step, count++) {
-        Names names;
-        a->options.preview = preview;
-        bool ok = frame_names(&names, a, frame);
-        if (ok) {
-            a->options.beauty = names.beauty;
-            a->options.caustics = names.caustics;
-            a->options.output = names.output;
-            a->options.preview = names.preview;
-        }
-        cau_result result =
-            ok ? add_one(merge, a) : usage("--frames needs #### or %04d in every name of a picture");
-        free_names(&names);
-        if (result == CAU_ERROR_CANCELLED || result == CAU_ERROR_USAGE || result == CAU_ERROR_RESOURCE)
-            return result;
-        if (result != CAU_OK) fprintf(stderr, "caustic-merge: frame %d was not done\n", frame);
-        failed += result != CAU_OK;
-    }
-    if (failed) fprintf(stderr, "caustic-merge: %d of %d frames were not done\n", failed, count);
-    return failed ? CAU_ERROR_INPUT : CAU_OK;
+    cau_merge_frames frames = {
+        .size = sizeof frames, .report = a->report, .resume = a->resume, .frame = print_frame};
+    if (frames_parse(a->frames, &frames.first, &frames.last, &frames.step, &err) != CAU_OK)
+        return usage(err.text);
+    return say(cau_merge_add_frames(merge, &a->options, &frames), cau_merge_error(merge));
 }
 
 static cau_result run_add(cau_merge *merge, Arguments *a) {
     if (a->file_count != 2)
         return usage("add needs two files, the beauty and the caustics: see caustic-merge --help");
     if (!a->output) return usage("add needs an output: -o OUT.exr");
-    if (a->frames) return add_frames(merge, a);
     a->options.beauty = a->files[0];
     a->options.caustics = a->files[1];
     a->options.output = a->output;
+    if (a->frames) return add_frames(merge, a);
+    if (a->report || a->resume) return usage("--report and --resume need --frames");
     return add_one(merge, a);
 }
 

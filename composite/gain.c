@@ -8,14 +8,6 @@
 
 static const double pi = 3.14159265358979323846;
 
-typedef struct Conversion {
-    double to_tint[9], to_beauty[9], direct[9];
-    double luminance[3]; /* weights in the tint's space; only where they are needed */
-    double from_rec709[9];
-    bool same; /* caustics and beauty share a space */
-    bool tint_in_beauty;
-} Conversion;
-
 static void multiply(double out[9], const double a[9], const double b[9]) {
     double product[9];
     for (int r = 0; r < 3; r++)
@@ -45,7 +37,7 @@ static cau_result find_rec709(const Job *job, Conversion *out) {
     return CAU_OK;
 }
 
-static cau_result find_conversion(const Job *job, Conversion *out) {
+cau_result conversion_find(Conversion *out, const Job *job) {
     bool same, any = false;
     CAU_TRY(colour_matrix(
         job->colour, job->caustics_space, job->beauty_space, out->direct, &out->same, job->err));
@@ -78,8 +70,7 @@ static void fill_matrix(Term *term, const Conversion *c, const double factor[3],
     if (!c->tint_in_beauty) multiply(term->matrix, c->to_beauty, term->matrix);
 }
 
-/* The factor that turns light of 6500 K into light of that temperature and the same luminance. */
-static void warm(double factor[3], const Conversion *c, double kelvin) {
+void conversion_warm(double factor[3], const Conversion *c, double kelvin) {
     double rgb[3], tinted[3], luminance = 0;
     if (kelvin == 6500 || !black_body_rgb(rgb, kelvin)) return;
     for (int i = 0; i < 3; i++) {
@@ -101,8 +92,8 @@ static cau_result factor_of(
                 "light \"%s\": gain %g, ev %g and tint %g make a factor beyond 1e30", l->name, l->both.gain,
                 l->both.ev, l->both.tint[i]);
     }
-    warm(factor, c, l->both.temperature_k);
-    if (indirect) warm(factor, c, l->indirect_only.temperature_k);
+    conversion_warm(factor, c, l->both.temperature_k);
+    if (indirect) conversion_warm(factor, c, l->indirect_only.temperature_k);
     return CAU_OK;
 }
 
@@ -169,7 +160,7 @@ cau_result job_gain(Job *job) {
     if (job->lights.tint_space && !job->options->tint_space)
         CAU_TRY(space_named(&job->tint_space, job, job->lights.tint_space, "the recipe's tint_space"));
     Conversion conversion = {0};
-    CAU_TRY(find_conversion(job, &conversion));
+    CAU_TRY(conversion_find(&conversion, job));
     job->terms = array_new(job->lights.count * 3, sizeof *job->terms);
     if (!job->terms)
         return error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for %zu lights", job->lights.count);

@@ -81,6 +81,7 @@ typedef struct Holdout {
 typedef struct Job {
     const cau_merge_options *options;
     CauError *err;
+    const char *stamp; /**< of the inputs and settings, for the output's header; NULL */
 
     /* open */
     Picture beauty, caustics;
@@ -115,6 +116,20 @@ cau_result job_open(Job *job);
 cau_result job_match(Job *job);
 cau_result job_gain(Job *job);
 cau_result job_write(Job *job);
+/** All of these, and job_close(); the counts stay. */
+cau_result job_add(Job *job);
+/** A guess at what one thread of an add takes, from the largest band. */
+size_t job_lane_bytes(const ExrHeader *beauty, const ExrHeader *caustics);
+/** The frames of a sequence, several at once. */
+cau_result sequence_run(const cau_merge_options *o, const cau_merge_frames *frames, CauError *err);
+/** "%04d" or "####" in `pattern` become the number; to be freed. NULL when it has no such place, or memory is
+ * out. */
+char *frame_name(const char *pattern, int frame);
+enum { STAMP_MAX = 40 };
+/** A hash of what the inputs hold and of all settings that change the output. */
+cau_result stamp_make(char out[STAMP_MAX], const cau_merge_options *o, CauError *err);
+/** Whether `file` is a whole output of that stamp. */
+bool stamp_matches(const char *file, const char *stamp);
 /** open -> preview: shows one layer of the beauty. */
 cau_result job_preview(Job *job);
 void job_close(Job *job);
@@ -170,6 +185,20 @@ cau_result space_named(const char **out, const Job *job, const char *name, const
 const char *space_id(const Colour *colour, const char *space);
 /** The configuration's space of that interchange name, or NULL. */
 const char *space_of_id(const Colour *colour, const char *id);
+
+/** Between the spaces of the caustics, the tints and the beauty. */
+typedef struct Conversion {
+    double to_tint[9], to_beauty[9], direct[9];
+    double luminance[3];   /**< weights in the tint's space; where a light has a temperature or saturation */
+    double from_rec709[9]; /**< to the tint's space; likewise */
+    bool same;             /**< caustics and beauty share a space */
+    bool tint_in_beauty;
+} Conversion;
+
+/** From job->colour, the three spaces and the lights. */
+cau_result conversion_find(Conversion *out, const Job *job);
+/** Multiplies by what turns light of 6500 K into light of that temperature and the same luminance. */
+void conversion_warm(double factor[3], const Conversion *c, double kelvin);
 
 /** Nothing asked for. */
 extern const Setting setting_plain;

@@ -55,6 +55,15 @@ cau_result options_take(cau_merge_options *out, const cau_merge_options *given, 
     return CAU_OK;
 }
 
+cau_result job_add(Job *job) {
+    cau_result result = job_open(job);
+    if (result == CAU_OK) result = job_match(job);
+    if (result == CAU_OK) result = job_gain(job);
+    if (result == CAU_OK) result = job_write(job);
+    job_close(job);
+    return result;
+}
+
 cau_result cau_merge_add(cau_merge *merge, const cau_merge_options *options) {
     if (!merge) return CAU_ERROR_USAGE;
     error_clear(&merge->err);
@@ -63,12 +72,21 @@ cau_result cau_merge_add(cau_merge *merge, const cau_merge_options *options) {
     if (!o.caustics || !o.output)
         return error_set(&merge->err, CAU_ERROR_USAGE, "add needs a beauty, caustics and an output");
     Job job = {.options = &o, .err = &merge->err};
-    cau_result result = job_open(&job);
-    if (result == CAU_OK) result = job_match(&job);
-    if (result == CAU_OK) result = job_gain(&job);
-    if (result == CAU_OK) result = job_write(&job);
-    job_close(&job);
-    return result;
+    return job_add(&job);
+}
+
+cau_result cau_merge_add_frames(
+    cau_merge *merge, const cau_merge_options *options, const cau_merge_frames *frames) {
+    if (!merge) return CAU_ERROR_USAGE;
+    error_clear(&merge->err);
+    cau_merge_options o;
+    CAU_TRY(options_take(&o, options, &merge->err));
+    if (!o.caustics || !o.output)
+        return error_set(&merge->err, CAU_ERROR_USAGE, "add needs a beauty, caustics and an output");
+    if (!frames || frames->size != sizeof *frames)
+        return error_set(
+            &merge->err, CAU_ERROR_USAGE, "cau_merge_frames: \"size\" is not that of the structure");
+    return sequence_run(&o, frames, &merge->err);
 }
 
 cau_result cau_merge_preview(cau_merge *merge, const cau_merge_options *options) {

@@ -263,6 +263,9 @@ char *recipe_record(const Job *job) {
     json_object_set_new(root, "caustics_space", text_or_null(job->caustics_space));
     json_object_set_new(root, "tint_space", text_or_null(job->tint_space));
     if (o->has_offset) json_object_set_new(root, "offset", json_pack("[i,i]", o->offset_x, o->offset_y));
+    json_object_set_new(
+        root, "holdout", json_boolean(o->holdout || o->holdout_alpha || o->holdout_name_count));
+    json_object_set_new(root, "into_passes", json_boolean(o->into_groups || o->into_diffuse));
     json_object_set_new(root, "recipe", recipe_json(job));
     json_object_set_new(root, "terms", record_terms(job));
     char *earlier = exr_attr_text(exr_attr_find(&job->beauty.header->parts[0], CAU_ATTRIBUTE_MERGE));

@@ -53,25 +53,25 @@ static cau_result cut(Stream *s) {
     return CAU_OK;
 }
 
-/* A guess at what one lane takes, from the largest band. */
-static size_t lane_bytes(const Stream *s) {
-    size_t most = 0, caustics = 0;
-    const ExrHeader *light = s->job->caustics.header;
-    for (size_t i = 0; i < s->header->part_count; i++) {
-        const ExrPart *part = &s->header->parts[i];
-        size_t rows = (size_t)piece_rows(s, i);
+size_t job_lane_bytes(const ExrHeader *beauty, const ExrHeader *caustics) {
+    size_t most = 0, light = 0;
+    for (size_t i = 0; i < beauty->part_count; i++) {
+        const ExrPart *part = &beauty->parts[i];
+        size_t rows = (size_t)exr_band_rows(part);
         size_t bytes = (size_t)exr_box_width(part->data_window) * rows * exr_part_pixel_bytes(part);
         if (bytes > most) most = bytes;
     }
-    for (size_t i = 0; i < light->part_count; i++)
-        caustics +=
-            (size_t)exr_box_width(light->parts[i].data_window) * exr_part_pixel_bytes(&light->parts[i]) * 32;
-    return 5 * most + 2 * caustics;
+    for (size_t i = 0; i < caustics->part_count; i++) {
+        const ExrPart *part = &caustics->parts[i];
+        light += (size_t)exr_box_width(part->data_window) * exr_part_pixel_bytes(part) * 32;
+    }
+    return 5 * most + 2 * light;
 }
 
 static void choose_threads(Stream *s) {
     const cau_merge_options *o = s->job->options;
-    size_t memory = o->memory_bytes ? o->memory_bytes : (size_t)1 << 30, each = lane_bytes(s);
+    size_t memory = o->memory_bytes ? o->memory_bytes : (size_t)1 << 30,
+           each = job_lane_bytes(s->job->beauty.header, s->job->caustics.header);
     s->threads = o->threads ? o->threads : ordered_processors();
     s->slots = s->threads == 1 ? 1 : s->threads + 2;
     while (s->slots > 1 && each > memory / s->slots) s->slots--;
@@ -164,7 +164,8 @@ cau_result stream_run(Job *job, const ExrHeader *header, ExrWriter *writer) {
         result = error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for %u threads", s.threads);
     for (unsigned i = 0; result == CAU_OK && i < s.slots; i++)
         result = create_lane(&s, &s.lanes[i], job->err);
-    if (result == CAU_OK) result = ordered_run(s.threads, s.slots, s.piece_count, work, take, &s, job->err);
+    if (result == CAU_OK)
+        result = ordered_run(s.threads, s.slots, s.piece_count, work, take, NULL, &s, job->err);
     for (unsigned i = 0; s.lanes && i < s.slots; i++) free_lane(&s.lanes[i]);
     free(s.lanes);
     free(s.pieces);

@@ -48,6 +48,7 @@ static cau_result build_header(const Job *job, ExrHeader *header) {
     CAU_TRY(add_count(first, CAU_ATTRIBUTE_REPAIRED_NAN, job->err));
     CAU_TRY(add_count(first, CAU_ATTRIBUTE_CLAMPED, job->err));
     if (job->incomplete) CAU_TRY(exr_attr_set_int32(first, CAU_ATTRIBUTE_COMPLETE, 0, job->err));
+    if (job->stamp) CAU_TRY(exr_attr_set_text(first, CAU_ATTRIBUTE_STAMP, job->stamp, job->err));
     char *record = recipe_record(job);
     cau_result result = record ? exr_attr_set_text(first, CAU_ATTRIBUTE_MERGE, record, job->err)
                                : error_set(job->err, CAU_ERROR_RESOURCE, "out of memory for the record");

@@ -5,9 +5,10 @@
 
 #include <pthread.h>
 #include <stdbool.h>
+#include <time.h>
 #include <unistd.h>
 
-enum { STACK_BYTES = 1 << 20, THREADS_MOST = 1024 };
+enum { STACK_BYTES = 1 << 20, THREADS_MOST = 1024, POLL_NANOSECONDS = 50000000 };
 
 typedef enum State { SLOT_FREE, SLOT_BUSY, SLOT_DONE } State;
 
@@ -74,19 +75,28 @@ static unsigned start_threads(Run *run, pthread_t *threads, unsigned wanted) {
     return started;
 }
 
-static Slot *wait_for(Run *run, size_t index) {
+static Slot *wait_for(Run *run, size_t index, OrderedPoll *poll) {
     for (;;) {
         for (unsigned i = 0; i < run->slot_count; i++)
             if (run->slots[i].state == SLOT_DONE && run->slots[i].index == index) return &run->slots[i];
-        pthread_cond_wait(&run->changed, &run->mutex);
+        struct timespec until;
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_nsec += POLL_NANOSECONDS;
+        until.tv_sec += until.tv_nsec / 1000000000;
+        until.tv_nsec %= 1000000000;
+        pthread_cond_timedwait(&run->changed, &run->mutex, &until);
+        if (!poll) continue;
+        pthread_mutex_unlock(&run->mutex);
+        poll(run->data);
+        pthread_mutex_lock(&run->mutex);
     }
 }
 
-static cau_result take_all(Run *run, OrderedTake *take, CauError *err) {
+static cau_result take_all(Run *run, OrderedTake *take, OrderedPoll *poll, CauError *err) {
     cau_result result = CAU_OK;
     pthread_mutex_lock(&run->mutex);
     for (size_t index = 0; result == CAU_OK && index < run->count; index++) {
-        Slot *slot = wait_for(run, index);
+        Slot *slot = wait_for(run, index, poll);
         result = slot->result;
         pthread_mutex_unlock(&run->mutex);
         if (result != CAU_OK)
@@ -112,7 +122,7 @@ static cau_result run_here(size_t count, OrderedWork *work, OrderedTake *take, v
 }
 
 cau_result ordered_run(unsigned threads, unsigned slots, size_t count, OrderedWork *work, OrderedTake *take,
-    void *data, CauError *err) {
+    OrderedPoll *poll, void *data, CauError *err) {
     if (threads > slots) threads = slots;
     if (threads > count) threads = (unsigned)count;
     if (threads <= 1) return run_here(count, work, take, data, err);
@@ -130,7 +140,7 @@ cau_result ordered_run(unsigned threads, unsigned slots, size_t count, OrderedWo
     pthread_mutex_init(&run.mutex, NULL);
     pthread_cond_init(&run.changed, NULL);
     unsigned started = start_threads(&run, ids, threads);
-    cau_result result = started ? take_all(&run, take, err) : run_here(count, work, take, data, err);
+    cau_result result = started ? take_all(&run, take, poll, err) : run_here(count, work, take, data, err);
     for (unsigned i = 0; i < started; i++) pthread_join(ids[i], NULL);
     pthread_cond_destroy(&run.changed);
     pthread_mutex_destroy(&run.mutex);

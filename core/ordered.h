@@ -15,14 +15,17 @@
 /** Does piece `index` with the memory of `slot`. Several run at once, each with its own slot and `err`. */
 typedef cau_result OrderedWork(void *data, size_t index, unsigned slot, CauError *err);
 
+/** Called on the calling thread about every 50 ms while it waits; may be NULL. */
+typedef void OrderedPoll(void *data);
+
 /** Takes the result of piece `index` out of `slot`: in order, on the calling thread. */
 typedef cau_result OrderedTake(void *data, size_t index, unsigned slot, CauError *err);
 
 /** Runs all `count` pieces. The first failure in the order of the pieces ends the run and is the one told.
  * With one thread everything happens on the calling thread, in slot 0. Fewer threads than asked for are no
- * error. `take` may be NULL. */
+ * error. `take` and `poll` may be NULL. */
 cau_result ordered_run(unsigned threads, unsigned slots, size_t count, OrderedWork *work, OrderedTake *take,
-    void *data, CauError *err);
+    OrderedPoll *poll, void *data, CauError *err);
 
 /** The number of processors online, at least 1. */
 unsigned ordered_processors(void);

@@ -55,6 +55,8 @@ static const Option options[] = {
     {"--offset", OFFSET, 0, 0},
     {"--allow-incomplete", SWITCH, IN_OPTIONS(allow_incomplete), 0},
     {"--frames", TEXT, offsetof(Arguments, frames), 0},
+    {"--report", TEXT, offsetof(Arguments, report), 0},
+    {"--resume", FLAG, offsetof(Arguments, resume), 0},
     {"--from-nuke", TEXT, offsetof(Arguments, from_nuke), 0},
     {"--from-blender", TEXT, offsetof(Arguments, from_blender), 0},
     {"--to-scene", TEXT, offsetof(Arguments, to_scene), 0},

@@ -19,9 +19,9 @@ typedef struct Arguments {
     size_t light_count;
     const char **holdout_names; /**< storage for options.holdout_names */
     size_t holdout_name_count;
-    const char *output, *frames;
+    const char *output, *frames, *report;
     const char *from_nuke, *from_blender, *to_scene;
-    bool quiet, help, version;
+    bool quiet, help, version, resume;
     bool any_option; /**< any that changes what a command does */
 } Arguments;
 
@@ -34,8 +34,5 @@ const char *arguments_help(void);
 
 /** "A-B" or "A-BxSTEP". */
 cau_result frames_parse(const char *text, int *first, int *last, int *step, CauError *err);
-/** The name of one frame: a run of '#' or a "%04d" becomes the number. Freed by the caller; NULL when the
- * name has no such place, or memory is out. */
-char *frames_name(const char *pattern, int frame);
 
 #endif

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "composite/cli/arguments.h"
-#include "core/checked.h"
 
 #include <ctype.h>
 #include <errno.h>
 #include <limits.h>
-#include <stdio.h>
+#include <stdlib.h>
 
 static bool read_int(const char **at, int *out) {
     if (!isdigit((unsigned char)**at)) return false;
@@ -28,36 +27,4 @@ cau_result frames_parse(const char *text, int *first, int *last, int *step, CauE
     if (ok && !*at && *last >= *first && *step >= 1) return CAU_OK;
     return error_set(err, CAU_ERROR_USAGE,
         "--frames: \"%s\" is not a range: write 1-240, or 1-240x2 for every second frame", text);
-}
-
-/* Where the number goes: its beginning, its length and its least number of digits. */
-static bool find_place(const char *pattern, size_t *begin, size_t *length, int *digits) {
-    const char *hash = strchr(pattern, '#');
-    if (hash) {
-        *begin = (size_t)(hash - pattern);
-        *length = strspn(hash, "#");
-        *digits = *length < 20 ? (int)*length : 20;
-        return true;
-    }
-    for (const char *p = strchr(pattern, '%'); p; p = strchr(p + 1, '%')) {
-        const char *end = p + 1;
-        while (isdigit((unsigned char)*end) && end - p < 4) end++;
-        if (*end != 'd') continue;
-        *begin = (size_t)(p - pattern);
-        *length = (size_t)(end - p) + 1;
-        *digits = atoi(p + 1);
-        return *digits <= 20;
-    }
-    return false;
-}
-
-char *frames_name(const char *pattern, int frame) {
-    size_t begin, length;
-    int digits;
-    if (!find_place(pattern, &begin, &length, &digits)) return NULL;
-    size_t room = strlen(pattern) + 32;
-    char *name = malloc(room);
-    if (name)
-        snprintf(name, room, "%.*s%0*d%s", (int)begin, pattern, digits, frame, pattern + begin + length);
-    return name;
 }

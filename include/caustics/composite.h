@@ -86,6 +86,24 @@ CAU_API const char *cau_merge_error(const cau_merge *merge);
 /** Writes options->output = beauty + sum of factor x light layer, atomically. */
 CAU_API cau_result cau_merge_add(cau_merge *merge, const cau_merge_options *options);
 
+/** A sequence. `beauty`, `caustics` and `output` of the options hold "####" or "%04d", and so do all other
+ * outputs; other inputs may. */
+typedef struct cau_merge_frames {
+    size_t size; /**< sizeof(cau_merge_frames) */
+    int first, last, step;
+    const char *report; /**< JSON file: what became of each frame; NULL */
+    int resume;         /**< leave frames alone whose output has the stamp of these inputs and settings */
+    /** Called in the order of the frames, on the calling thread. `sentence`: the error, or "done" or
+     * "skipped". */
+    void (*frame)(void *user, int frame, const char *output, cau_result result, const char *sentence);
+} cau_merge_frames;
+
+/** cau_merge_add() for every frame, several at once within options->threads and options->memory_bytes. A
+ * frame whose inputs are missing or broken is told and the others are done; then the result is
+ * CAU_ERROR_INPUT. A full disk, no memory and a cancel end the run. */
+CAU_API cau_result cau_merge_add_frames(
+    cau_merge *merge, const cau_merge_options *options, const cau_merge_frames *frames);
+
 /** Shows layer `pass` of options->beauty (any EXR file) as options->preview, a PNG. Of a caustics file,
  * without `pass`, the sum in its first part. */
 CAU_API cau_result cau_merge_preview(cau_merge *merge, const cau_merge_options *options);

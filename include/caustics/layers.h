@@ -28,7 +28,9 @@ extern "C" {
 #define CAU_ATTRIBUTE_REPAIRED_NAN "caustics/repaired_nan" /**< int: NaN and Inf values that became 0 */
 #define CAU_ATTRIBUTE_CLAMPED "caustics/clamped" /**< int: values cut to the largest of their type */
 #define CAU_ATTRIBUTE_MERGE "caustics/merge"     /**< string: JSON, what `caustic-merge add` did */
-#define CAU_ATTRIBUTE_COLOR_ID "colorInteropID"  /**< string: the colour space, by the ASWF's list */
+#define CAU_ATTRIBUTE_STAMP                                                                                  \
+    "caustics/stamp" /**< string: hash of inputs and settings, of frames of a sequence */
+#define CAU_ATTRIBUTE_COLOR_ID "colorInteropID" /**< string: the colour space, by the ASWF's list */
 
 /** What a layer holds. In quotes: its name in CAU_ATTRIBUTE_LAYERS. */
 typedef enum cau_layer_kind {
