@@ -36,10 +36,11 @@ static json_t *lights_json(const HostPlan *plan) {
     for (size_t i = 0; i < plan->control_count; i++) {
         const HostControl *c = &plan->controls[i];
         const Setting *s = &c->setting;
-        json_array_append_new(list,
-            json_pack("{s:s, s:s, s:s?, s:f, s:f, s:[f,f,f], s:b, s:b}", "key", c->key, "label",
-                label_of(c->key), "of", c->of < 0 ? NULL : plan->controls[c->of].key, "ev", s->ev, "gain",
-                s->gain, "tint", s->tint[0], s->tint[1], s->tint[2], "mute", s->mute, "solo", s->solo));
+        json_array_append_new(
+            list, json_pack("{s:s, s:s, s:s?, s:o, s:f, s:f, s:[f,f,f], s:b, s:b}", "key", c->key, "label",
+                      label_of(c->key), "of", c->of < 0 ? NULL : plan->controls[c->of].key, "saturation",
+                      c->saturates ? json_real(s->saturation) : json_null(), "ev", s->ev, "gain", s->gain,
+                      "tint", s->tint[0], s->tint[1], s->tint[2], "mute", s->mute, "solo", s->solo));
     }
     return list;
 }
@@ -114,14 +115,15 @@ cau_result host_write_blender(FILE *out, const HostPlan *plan, CauError *err) {
     CAU_TRY(check_windows(plan, &window, err));
     CAU_TRY(check_tints(plan, err));
     json_t *frames = plan->has_frames ? json_pack("[i,i]", plan->first, plan->last) : json_null();
-    json_t *shot = json_pack("{s:o, s:o, s:s, s:s?, s:[I,I], s:o, s:o, s:o, s:o, s:o}", "caustics",
-        path_json(&plan->caustics_path, plan), "beauty", path_json(&plan->beauty_path, plan), "pass",
-        plan->target ? plan->target->name : "", "albedo", plan->albedo ? plan->albedo->name : NULL, "size",
-        (json_int_t)exr_box_width(window), (json_int_t)exr_box_height(window), "frames", frames, "to_tint",
-        matrix_json(plan->has_to_tint, plan->to_tint), "to_beauty",
-        matrix_json(plan->has_to_beauty, plan->to_beauty), "lights", lights_json(plan), "layers",
-        layers_json(plan));
-    char *text = shot ? json_dumps(shot, JSON_INDENT(1) | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(15)) : NULL;
+    json_t *shot = json_pack("{s:o, s:o, s:s, s:s?, s:[I,I], s:o, s:o, s:o, s:[f,f,f], s:s?, s:o, s:o}",
+        "caustics", path_json(&plan->caustics_path, plan), "beauty", path_json(&plan->beauty_path, plan),
+        "pass", plan->target ? plan->target->name : "", "albedo", plan->albedo ? plan->albedo->name : NULL,
+        "size", (json_int_t)exr_box_width(window), (json_int_t)exr_box_height(window), "frames", frames,
+        "to_tint", matrix_json(plan->has_to_tint, plan->conversion.to_tint), "to_beauty",
+        matrix_json(plan->has_to_beauty, plan->conversion.to_beauty), "luminance",
+        plan->conversion.luminance[0], plan->conversion.luminance[1], plan->conversion.luminance[2],
+        "tint_space", plan->tint_space, "lights", lights_json(plan), "layers", layers_json(plan));
+    char *text = shot ? json_dumps(shot, JSON_INDENT(1) | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(shot);
     if (!text)
         return error_set(err, CAU_ERROR_INPUT, "a file name is not UTF-8, so that no script can hold it");

@@ -49,8 +49,8 @@ def animated(tree, node):
 
 
 def recipe(node):
-    lights = {}
-    for _, label in json.loads(node.node_tree[MARK]):
+    lights, made = {}, json.loads(node.node_tree[MARK])
+    for label in made["lights"]:
         def value(name):
             socket = node.inputs[f"{label} {name}"]
             if socket.is_linked:
@@ -59,7 +59,10 @@ def recipe(node):
         lights[label] = {"gain": short(value("gain")), "ev": short(value("EV")),
                          "tint": [short(c) for c in value("tint")[:3]],
                          "mute": value("mute") > 0.5, "solo": value("solo") > 0.5}
-    return {"caustics_recipe": 1, "lights": lights}
+        if f"{label} saturation" in node.inputs:
+            lights[label]["saturation"] = short(value("saturation"))
+    space = {"tint_space": made["tint_space"]} if made["tint_space"] else {}
+    return {"caustics_recipe": 1, **space, "lights": lights}
 
 
 def answer():

@@ -11,7 +11,7 @@ GROUP = "Caustics Relight"
 HAS_TREES = "compositing_node_group" in bpy.types.Scene.bl_rna.properties  # 5.0 on
 SLIDERS = (("EV", "ev", "NodeSocketFloat", -12, 12), ("gain", "gain", "NodeSocketFloat", None, None),
            ("tint", "tint", "NodeSocketColor", None, None), ("mute", "mute", "NodeSocketFloatFactor", 0, 1),
-           ("solo", "solo", "NodeSocketFloatFactor", 0, 1))
+           ("solo", "solo", "NodeSocketFloatFactor", 0, 1), ("saturation", "saturation", "NodeSocketFloat", 0, 100))
 
 
 class Graph:
@@ -70,6 +70,17 @@ class Graph:
             terms = [self.math("MULTIPLY", split.outputs[c], matrix[3 * row + c]) for c in range(3)]
             self.connect(self.math("ADD", self.math("ADD", terms[0], terms[1]), terms[2]), join.inputs[row])
         return join.outputs[0]
+
+
+    def saturate(self, picture, weights, amount):
+        """amount x picture + (1 - amount) x its luminance."""
+        split = self.new("CompositorNodeSeparateColor")
+        split.mode = "RGB"
+        self.connect(picture, split.inputs[0])
+        terms = [self.math("MULTIPLY", split.outputs[c], weights[c]) for c in range(3)]
+        luminance = self.math("ADD", self.math("ADD", terms[0], terms[1]), terms[2])
+        grey = self.math("MULTIPLY", luminance, self.math("SUBTRACT", 1.0, amount))
+        return self.mix("ADD", self.mix("MULTIPLY", picture, amount), grey)
 
 
 def load(path, raw):
@@ -132,6 +143,11 @@ def add_socket(tree, direction, kind, name, value=None, low=None, high=None, pan
         socket.min_value, socket.max_value = low, high
 
 
+def sliders(light):
+    """Those of a light: saturation only where the picture had one."""
+    return [slider for slider in SLIDERS if slider[1] != "saturation" or light["saturation"] is not None]
+
+
 def value_of(light, key):
     return [*light[key], 1] if key == "tint" else float(light[key])
 
@@ -143,11 +159,11 @@ def make_sockets(tree):
         add_socket(tree, "INPUT", "NodeSocketColor", "Albedo", [1, 1, 1, 1])
     for light in SHOT["lights"]:
         panel = tree.interface.new_panel(light["label"]) if hasattr(tree, "interface") else None
-        for shown, key, kind, low, high in SLIDERS:
+        for shown, key, kind, low, high in sliders(light):
             add_socket(tree, "INPUT", kind, f"{light['label']} {shown}", value_of({**light, **PLAIN}, key), low, high, panel)
 
 
-PLAIN = {"ev": 0, "gain": 1, "tint": [1, 1, 1], "mute": 0, "solo": 0}
+PLAIN = {"ev": 0, "gain": 1, "tint": [1, 1, 1], "mute": 0, "solo": 0, "saturation": 1}
 
 
 def factors(graph, inputs):
@@ -177,14 +193,19 @@ def factors(graph, inputs):
     return lights
 
 
-def add_layers(graph, source, lights, weighted):
+def add_layers(graph, source, inputs, lights, weighted):
     """The sum of the layers that are weighted by the albedo, or of those that are not; None when there are none."""
     total = None
     for layer in SHOT["layers"]:
         if layer["albedo"] != weighted:
             continue
-        strength, tints = lights[layer["light"]]["factor"]
-        picture = graph.mix("MULTIPLY", graph.convert(source.socket(layer["layer"]), SHOT["to_tint"]), strength)
+        light = lights[layer["light"]]
+        strength, tints = light["factor"]
+        picture = graph.convert(source.socket(layer["layer"]), SHOT["to_tint"])
+        for of in (light, lights.get(light["of"])):
+            if of and of["saturation"] is not None:
+                picture = graph.saturate(picture, SHOT["luminance"], inputs[f"{of['label']} saturation"])
+        picture = graph.mix("MULTIPLY", picture, strength)
         for tint in tints:
             picture = graph.mix("MULTIPLY", picture, tint)
         total = picture if total is None else graph.mix("ADD", total, picture)
@@ -193,14 +214,14 @@ def add_layers(graph, source, lights, weighted):
 
 def make_group(raw):
     tree = bpy.data.node_groups.new(GROUP, "CompositorNodeTree")
-    tree[MARK] = json.dumps([[light["key"], light["label"]] for light in SHOT["lights"]])
+    tree[MARK] = json.dumps({"lights": [light["label"] for light in SHOT["lights"]], "tint_space": SHOT["tint_space"]})
     make_sockets(tree)
     graph = Graph(tree)
     inputs, output = graph.new("NodeGroupInput").outputs, graph.new("NodeGroupOutput")
     source = Source(graph, load(find(SHOT["caustics"]), raw))
     lights = factors(graph, inputs)
     result = inputs["Image"]
-    weighted, plain = (add_layers(graph, source, lights, w) for w in (True, False))
+    weighted, plain = (add_layers(graph, source, inputs, lights, w) for w in (True, False))
     if weighted is not None:
         weighted = graph.mix("MULTIPLY", weighted, graph.math("DIVIDE", 1.0, 3.14159265358979323846))
         result = graph.mix("ADD", result, graph.mix("MULTIPLY", weighted, inputs["Albedo"]))
@@ -281,7 +302,7 @@ def build(beauty=None):
     if albedo:
         graph.connect(albedo, node.inputs["Albedo"])
     for light in SHOT["lights"]:
-        for shown, key, *_ in SLIDERS:
+        for shown, key, *_ in sliders(light):
             node.inputs[f"{light['label']} {shown}"].default_value = value_of(light, key)
     end = output_socket(graph)
     for socket in takers or [end]:

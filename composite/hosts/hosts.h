@@ -15,6 +15,7 @@ enum { HOST_NAME_MAX = 63 };
 typedef struct HostControl {
     char key[HOST_NAME_MAX + 1]; /**< "caustics_key"; "caustics_key_ind" */
     int of;                      /**< index of the light whose settings count as well; -1 */
+    bool saturates;              /**< its saturation is a setting too */
     Setting setting;
 } HostControl;
 
@@ -38,9 +39,10 @@ typedef struct HostPlan {
     HostPath caustics_path, beauty_path; /**< the beauty's is NULL when it is not known */
     Lights lights;
     const ExrLayer *target, *albedo; /**< of the beauty; NULL: its picture; no albedo */
-    double to_tint[9], to_beauty[9];
-    bool has_to_tint, has_to_beauty;
-    int32_t shift_x, shift_y; /**< caustics pixel = beauty pixel + shift */
+    Conversion conversion;
+    bool has_to_tint, has_to_beauty; /**< whether those matrices are more than the identity */
+    char *tint_space;                /**< NULL: the beauty's */
+    int32_t shift_x, shift_y;        /**< caustics pixel = beauty pixel + shift */
     bool has_frames;
     int first, last;
     HostControl *controls;

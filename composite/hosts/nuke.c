@@ -101,6 +101,12 @@ static void put_factor(FILE *out, const HostPlan *plan, const HostControl *c) {
 /* Knob types: 20 tab, 26 text, 7 number, 18 colour, 6 check box. */
 static void put_panel(FILE *out, const HostPlan *plan) {
     fputs(" addUserKnob {20 caustics_relight l Caustics}\n", out);
+    if (plan->tint_space) {
+        fputs(
+            " addUserKnob {1 caustics_tint_space l \"tint space\" +INVISIBLE}\n caustics_tint_space \"", out);
+        put_quoted(out, plan->tint_space);
+        fputs("\"\n", out);
+    }
     for (size_t i = 0; i < plan->control_count; i++) {
         const HostControl *c = &plan->controls[i];
         const Setting *s = &c->setting;
@@ -113,6 +119,10 @@ static void put_panel(FILE *out, const HostPlan *plan) {
         put_value(out, c->key, "gain", s->gain);
         fprintf(out, " addUserKnob {18 %s_tint l tint}\n %s_tint {%s %s %s}\n", c->key, c->key, tint[0],
             tint[1], tint[2]);
+        if (c->saturates) {
+            fprintf(out, " addUserKnob {7 %s_saturation l saturation R 0 2}\n", c->key);
+            put_value(out, c->key, "saturation", s->saturation);
+        }
         fprintf(out, " addUserKnob {6 %s_mute l mute +STARTLINE}\n %s_mute %s\n", c->key, c->key,
             s->mute ? "true" : "false");
         fprintf(out, " addUserKnob {6 %s_solo l solo -STARTLINE}\n %s_solo %s\n", c->key, c->key,
@@ -142,6 +152,28 @@ static void put_plus(FILE *out, const char *operation, const char *name, size_t 
         operation, name, number);
 }
 
+/* s x colour + (1 - s) x luminance, s the product of the saturations that count. */
+static void put_saturation(FILE *out, const HostPlan *plan, const HostControl *c, size_t number) {
+    const HostControl *of = c->of < 0 ? NULL : &plan->controls[c->of];
+    bool both = of && of->saturates && c->saturates;
+    if (!c->saturates && !(of && of->saturates)) return;
+    char s[4 * HOST_NAME_MAX];
+    snprintf(s, sizeof s, "parent.%s_saturation%s%s%s", c->saturates ? c->key : of->key,
+        both ? "*parent." : "", both ? of->key : "", both ? "_saturation" : "");
+    fputs(" ColorMatrix {\n  matrix {\n", out);
+    for (int row = 0; row < 3; row++) {
+        fputs("   {", out);
+        for (int k = 0; k < 3; k++) {
+            char weight[HOST_NUMBER_MAX];
+            host_number(weight, plan->conversion.luminance[k]);
+            fprintf(
+                out, "%s{%s*(1-%s)%s%s}", k ? " " : "", weight, s, k == row ? "+" : "", k == row ? s : "");
+        }
+        fputs("}\n", out);
+    }
+    fprintf(out, "  }\n  name Saturation%zu\n }\n", number);
+}
+
 /* The sum of the layers that are weighted by the albedo, or of those that are not, in rgb as variable N<sum>.
  */
 static bool put_sum(FILE *out, const HostPlan *plan, bool weighted, const char *sum) {
@@ -154,7 +186,8 @@ static bool put_sum(FILE *out, const HostPlan *plan, bool weighted, const char *
         nuke_layer(name, sizeof name, l->layer);
         fprintf(
             out, "push $Ncaustics\n Shuffle {\n  in %s\n  alpha black\n  name Layer%zu\n }\n", name, i + 1);
-        put_matrix(out, plan->has_to_tint, plan->to_tint, "ToTint", i + 1);
+        put_matrix(out, plan->has_to_tint, plan->conversion.to_tint, "ToTint", i + 1);
+        put_saturation(out, plan, &plan->controls[l->control], i + 1);
         fprintf(out,
             " Multiply {\n  channels rgb\n  value {{parent.%s_factor.r} {parent.%s_factor.g} "
             "{parent.%s_factor.b} 1}\n  name Factor%zu\n }\n",
@@ -167,7 +200,7 @@ static bool put_sum(FILE *out, const HostPlan *plan, bool weighted, const char *
         any = true;
     }
     if (any && plan->has_to_beauty) {
-        put_matrix(out, true, plan->to_beauty, "ToBeauty", weighted ? 2 : 1);
+        put_matrix(out, true, plan->conversion.to_beauty, "ToBeauty", weighted ? 2 : 1);
         fprintf(out, "set N%s [stack 0]\n", sum);
     }
     return any;

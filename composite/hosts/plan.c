@@ -66,24 +66,6 @@ static cau_result find_layers(HostPlan *plan, const Record *record, CauError *er
     return picture_find_layer(&plan->albedo, &plan->beauty, record->albedo, "--albedo", err);
 }
 
-static cau_result find_matrices(
-    HostPlan *plan, const Record *r, const cau_merge_options *options, CauError *err) {
-    if (!r->root ||
-        (strcmp(r->caustics_space, r->tint_space) == 0 && strcmp(r->tint_space, r->beauty_space) == 0))
-        return CAU_OK;
-    Colour *colour = NULL;
-    bool same;
-    cau_result result = colour_open(&colour, options->ocio, err);
-    if (result == CAU_OK)
-        result = colour_matrix(colour, r->caustics_space, r->tint_space, plan->to_tint, &same, err);
-    plan->has_to_tint = result == CAU_OK && !same;
-    if (result == CAU_OK)
-        result = colour_matrix(colour, r->tint_space, r->beauty_space, plan->to_beauty, &same, err);
-    plan->has_to_beauty = result == CAU_OK && !same;
-    colour_close(&colour);
-    return result;
-}
-
 static cau_result apply_settings(
     Lights *lights, const Record *record, const cau_merge_options *options, CauError *err) {
     json_t *recipe = json_object_get(record->root, "recipe");
@@ -96,9 +78,49 @@ static cau_result apply_settings(
     return result;
 }
 
+static bool coloured(const Setting *s) { return s->temperature_k != 6500 || s->saturation != 1; }
+
 static bool is_plain(const Setting *s) {
     return s->gain == 1 && s->ev == 0 && s->tint[0] == 1 && s->tint[1] == 1 && s->tint[2] == 1 && !s->mute &&
-           !s->solo;
+           !s->solo && !coloured(s);
+}
+
+/* The spaces of the picture that was made; of caustics alone, their own for all that is not named. */
+static cau_result find_spaces(Job *job, const HostPlan *plan, const Record *r, CauError *err) {
+    const cau_merge_options *o = job->options;
+    ColourTagSource unused;
+    const char *tint = o->tint_space ? o->tint_space : plan->lights.tint_space;
+    CAU_TRY(colour_open(&job->colour, o->ocio, err));
+    job->beauty_space = r->beauty_space;
+    job->caustics_space = r->caustics_space;
+    if (!r->root) {
+        CAU_TRY(space_find(
+            &job->caustics_space, &unused, job, &plan->caustics, 0, o->caustics_space, "--caustics-space"));
+        job->beauty_space = job->caustics_space;
+        if (o->beauty_space) CAU_TRY(space_named(&job->beauty_space, job, o->beauty_space, "--beauty-space"));
+    }
+    job->tint_space = r->root ? r->tint_space : job->beauty_space;
+    return tint ? space_named(&job->tint_space, job, tint, "--tint-space") : CAU_OK;
+}
+
+static cau_result find_conversion(
+    HostPlan *plan, const Record *r, const cau_merge_options *options, CauError *err) {
+    bool needed = options->beauty_space || options->tint_space || plan->lights.tint_space;
+    for (size_t i = 0; i < plan->lights.count; i++)
+        needed = needed || coloured(&plan->lights.lights[i].both) ||
+                 coloured(&plan->lights.lights[i].indirect_only);
+    if (r->root) needed = needed || strcmp(r->caustics_space, r->beauty_space) != 0;
+    if (!needed) return CAU_OK;
+    Job job = {.options = options, .err = err, .lights = plan->lights};
+    cau_result result = find_spaces(&job, plan, r, err);
+    if (result == CAU_OK) result = conversion_find(&plan->conversion, &job);
+    if (result == CAU_OK) {
+        plan->has_to_tint = strcmp(job.caustics_space, job.tint_space) != 0;
+        plan->has_to_beauty = !plan->conversion.tint_in_beauty;
+        if (plan->has_to_beauty) plan->tint_space = string_copy(job.tint_space);
+    }
+    colour_close(&job.colour);
+    return result;
 }
 
 /* A name that a host would change could not be found again in a saved panel. */
@@ -118,7 +140,10 @@ static cau_result check_name(const char *name, CauError *err) {
 
 static int add_control(HostPlan *plan, const char *base, const char *suffix, int of, const Setting *setting) {
     HostControl *c = &plan->controls[plan->control_count];
-    *c = (HostControl){.of = of, .setting = *setting};
+    *c = (HostControl){.of = of, .saturates = setting->saturation != 1, .setting = *setting};
+    /* Of a temperature the panel has the colour. */
+    conversion_warm(c->setting.tint, &plan->conversion, setting->temperature_k);
+    c->setting.temperature_k = setting_plain.temperature_k;
     snprintf(c->key, sizeof c->key, "%s%s", base, suffix);
     return (int)plan->control_count++;
 }
@@ -153,6 +178,16 @@ static cau_result add_lights(HostPlan *plan, const char *file, CauError *err) {
         "\"%s\" is neither an output of caustic-merge add nor a caustics file: it has no light layers", file);
 }
 
+static void say_left_out(const Record *r, const cau_merge_options *options) {
+    static const char *const left_out[][2] = {
+        {"holdout", "the holdout of this picture is not in the script: mask the group's result there"},
+        {"into_passes",
+            "light groups and diffuse passes are not changed by the script, only the picture is"}};
+    for (size_t i = 0; options->notice && i < 2; i++)
+        if (json_is_true(json_object_get(r->root, left_out[i][0])))
+            options->notice(options->user, left_out[i][1]);
+}
+
 static void find_shift(HostPlan *plan, const Record *record) {
     const ExrPart *b = &plan->beauty.header->parts[plan->target->part];
     if (!record->has_offset) return;
@@ -167,10 +202,11 @@ static cau_result plan_open(
     cau_result result = read_record(&record, &plan->caustics, file, err);
     if (result == CAU_OK) result = open_inputs(plan, options->beauty, &record, script, err);
     if (result == CAU_OK) result = find_layers(plan, &record, err);
-    if (result == CAU_OK) result = find_matrices(plan, &record, options, err);
     if (result == CAU_OK) result = lights_find(&plan->lights, &plan->caustics, err);
     if (result == CAU_OK) result = apply_settings(&plan->lights, &record, options, err);
+    if (result == CAU_OK) result = find_conversion(plan, &record, options, err);
     if (result == CAU_OK) result = add_lights(plan, file, err);
+    if (result == CAU_OK) say_left_out(&record, options);
     if (result == CAU_OK && plan->has_beauty) find_shift(plan, &record);
     json_decref(record.root);
     return result;
@@ -197,6 +233,7 @@ void host_plan_free(HostPlan *plan) {
     free(plan->layers);
     free(plan->caustics_path.path);
     free(plan->beauty_path.path);
+    free(plan->tint_space);
     lights_free(&plan->lights);
     picture_close(&plan->caustics);
     picture_close(&plan->beauty);

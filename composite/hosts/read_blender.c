@@ -109,15 +109,18 @@ static cau_result read_blend(Lights *out, const char *path, CauError *err) {
 static char *recipe_of(const json_t *shot) {
     json_t *lights = json_object(), *light;
     size_t i;
-    static const char *const keys[] = {"gain", "ev", "tint", "mute", "solo"};
+    static const char *const keys[] = {"gain", "ev", "tint", "mute", "solo", "saturation"};
     json_array_foreach(json_object_get(shot, "lights"), i, light) {
         const char *label = json_string_value(json_object_get(light, "label"));
         json_t *setting = json_object();
         for (size_t k = 0; k < sizeof keys / sizeof *keys; k++)
-            json_object_set(setting, keys[k], json_object_get(light, keys[k]));
+            if (!json_is_null(json_object_get(light, keys[k])))
+                json_object_set(setting, keys[k], json_object_get(light, keys[k]));
         json_object_set_new(lights, label ? label : "", setting);
     }
     json_t *root = json_pack("{s:i, s:o}", "caustics_recipe", 1, "lights", lights);
+    json_t *space = json_object_get(shot, "tint_space");
+    if (json_is_string(space)) json_object_set(root, "tint_space", space);
     char *text = json_dumps(root, JSON_COMPACT);
     json_decref(root);
     return text;

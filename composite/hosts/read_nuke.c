@@ -76,7 +76,7 @@ static bool new_name(const Knob *knob, char *out, size_t room) {
     return n > 0;
 }
 
-static const char *const knobs[] = {"_ev", "_gain", "_tint", "_mute", "_solo"};
+static const char *const knobs[] = {"_ev", "_gain", "_tint", "_mute", "_solo", "_saturation"};
 enum { KNOBS = sizeof knobs / sizeof *knobs };
 
 /* "caustics_key_ev": which of the knobs, and the length of the light's part; -1 for another knob. */
@@ -102,6 +102,7 @@ static cau_result declare(Lights *out, const Knob *knob, CauError *err) {
     CAU_TRY(host_light(&light, out, name, err));
     if (which == 1) light->both.gain = 0;
     if (which == 2) memset(light->both.tint, 0, sizeof light->both.tint);
+    if (which == 5) light->both.saturation = 0;
     return CAU_OK;
 }
 
@@ -123,7 +124,7 @@ static bool read_numbers(const char *text, double *out, int *count) {
 static bool set_value(Setting *s, int which, const char *text) {
     double n[4];
     int count = 0;
-    if (which >= 3) {
+    if (which == 3 || which == 4) {
         bool on = strcmp(text, "true") == 0 || strcmp(text, "1") == 0;
         *(which == 3 ? &s->mute : &s->solo) = on;
         return on || strcmp(text, "false") == 0 || strcmp(text, "0") == 0;
@@ -132,12 +133,23 @@ static bool set_value(Setting *s, int which, const char *text) {
     if (which == 2)
         for (int i = 0; i < 3; i++) s->tint[i] = n[count >= 3 ? i : 0];
     else
-        *(which == 0 ? &s->ev : &s->gain) = n[0];
+        *(which == 0 ? &s->ev : which == 1 ? &s->gain : &s->saturation) = n[0];
     return which == 2 ? count != 2 : count == 1;
+}
+
+/* "Linear Rec.709", with quotes and backslashes where Tcl needs them. */
+static cau_result set_tint_space(Lights *out, const Knob *knob, CauError *err) {
+    free(out->tint_space);
+    char *to = out->tint_space = array_new(knob->value_length + 1, 1);
+    if (!to) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a recipe");
+    for (size_t i = 0; i < knob->value_length; i++)
+        if (knob->value[i] != '"' && knob->value[i] != '\\') *to++ = knob->value[i];
+    return CAU_OK;
 }
 
 static cau_result assign(Lights *out, const Knob *knob, CauError *err) {
     size_t length;
+    if (is(knob, "caustics_tint_space")) return set_tint_space(out, knob, err);
     int which = which_knob(knob->name, knob->name_length, &length);
     if (which < 0 || length > 255) return CAU_OK;
     char name[256], text[256];

@@ -86,7 +86,7 @@ static cau_result find_sources(Scene *s, CauError *err) {
 
 static bool is_plain(const Setting *s) {
     return s->gain == 1 && s->ev == 0 && s->tint[0] == 1 && s->tint[1] == 1 && s->tint[2] == 1 && !s->mute &&
-           !s->solo;
+           !s->solo && s->temperature_k == setting_plain.temperature_k && s->saturation == 1;
 }
 
 static bool ends_with(const char *text, const char *end) {
@@ -223,6 +223,12 @@ static cau_result change(Scene *s, const Lights *lights, CauError *err) {
     bool solo = false;
     CAU_TRY(find_sources(s, err));
     for (size_t i = 0; i < lights->count; i++) {
+        const Light *l = &lights->lights[i];
+        if (l->both.saturation != 1 || l->both.temperature_k != setting_plain.temperature_k)
+            return error_set(err, CAU_ERROR_INPUT,
+                "light \"%s\": a scene's light has a colour, but neither saturation nor temperature: use a "
+                "tint",
+                l->name);
         solo = solo || lights->lights[i].both.solo;
         CAU_TRY(match(s, &lights->lights[i], err));
     }

@@ -24,11 +24,10 @@ cau_result host_light(Light **out, Lights *lights, const char *name, CauError *e
     bool ok = array_reserve(&array, &lights->capacity, lights->count + 1, sizeof **out);
     lights->lights = array;
     if (ok) {
-        Setting plain = {.gain = 1, .tint = {1, 1, 1}};
         *out = &lights->lights[lights->count++];
         char *base = malloc(prefix + strlen(name) + 1);
         if (base) sprintf(base, "%s%s", CAU_LAYER_PREFIX, name);
-        **out = (Light){string_copy(name), base, -1, -1, -1, -1, plain, plain};
+        **out = (Light){string_copy(name), base, -1, -1, -1, -1, setting_plain, setting_plain};
         ok = (*out)->name && base;
     }
     return ok ? CAU_OK : error_set(err, CAU_ERROR_RESOURCE, "out of memory for the list of lights");
@@ -49,15 +48,19 @@ cau_result host_read_recipe(Lights *out, const char *json, const char *from, Cau
 
 static void put_light(FILE *out, const Light *l, bool first) {
     const Setting *s = &l->both;
-    char number[5][HOST_NUMBER_MAX];
+    char number[5][HOST_NUMBER_MAX], more[2][HOST_NUMBER_MAX];
     host_number(number[0], s->gain);
     host_number(number[1], s->ev);
     for (int i = 0; i < 3; i++) host_number(number[2 + i], s->tint[i]);
+    host_number(more[0], s->temperature_k);
+    host_number(more[1], s->saturation);
     json_t *text = json_string(l->name);
     char *name = text ? json_dumps(text, JSON_ENCODE_ANY) : NULL;
-    fprintf(out, "%s  %s: {\"gain\": %s, \"ev\": %s, \"tint\": [%s, %s, %s], \"mute\": %s, \"solo\": %s}",
-        first ? "" : ",\n", name ? name : "\"(not UTF-8)\"", number[0], number[1], number[2], number[3],
-        number[4], s->mute ? "true" : "false", s->solo ? "true" : "false");
+    fprintf(out, "%s  %s: {\"gain\": %s, \"ev\": %s, \"tint\": [%s, %s, %s], ", first ? "" : ",\n",
+        name ? name : "\"(not UTF-8)\"", number[0], number[1], number[2], number[3], number[4]);
+    if (s->temperature_k != setting_plain.temperature_k) fprintf(out, "\"temperature\": %s, ", more[0]);
+    if (s->saturation != 1) fprintf(out, "\"saturation\": %s, ", more[1]);
+    fprintf(out, "\"mute\": %s, \"solo\": %s}", s->mute ? "true" : "false", s->solo ? "true" : "false");
     free(name);
     json_decref(text);
 }
@@ -67,7 +70,13 @@ char *host_recipe_text(const Lights *lights) {
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     if (!out) return NULL;
-    fputs("{\"caustics_recipe\": 1, \"lights\": {\n", out);
+    json_t *space = lights->tint_space ? json_string(lights->tint_space) : NULL;
+    char *quoted = space ? json_dumps(space, JSON_ENCODE_ANY) : NULL;
+    fputs("{\"caustics_recipe\": 1, ", out);
+    if (quoted) fprintf(out, "\"tint_space\": %s, ", quoted);
+    fputs("\"lights\": {\n", out);
+    free(quoted);
+    json_decref(space);
     for (size_t i = 0; i < lights->count; i++) put_light(out, &lights->lights[i], i == 0);
     fputs("\n}}\n", out);
     if (fclose(out) == 0) return text;

@@ -183,25 +183,22 @@ class Expression:
         return {"pow": lambda a, b: a ** b, "max": max}[name](*arguments)
 
 
+def look_up(node, path):
+    """What an expression in a node's knob calls NAME, NAME.r or parent.NAME."""
+    pieces = path.split(".")
+    if pieces[0] == "parent":
+        node, pieces = node.parent, pieces[1:]
+    return knob(node, pieces[0], pieces[1] if len(pieces) > 1 else None)
+
+
 def knob(node, name, channel=None):
-    """A knob's number; expressions name knobs of the node itself, or parent.KNOB, with .r .g .b."""
+    """A knob's number: 1, true, {{expression}}, or one item of {1 2 {expression}}."""
     text = node.knobs[name]
-    items = words(words(text)[0]) if text.startswith("{") else [text]
-    inner = words(text)[0] if text.startswith("{") else text
-    if text.startswith("{") and inner.startswith("{") and len(items) == 1:
-        items = [items[0]]
+    if not text.startswith("{"):
+        return float({"true": 1, "false": 0}.get(text, text))
+    items = words(words(text)[0])
     item = items["rgba".index(channel)] if channel and len(items) > 1 else items[0]
-    expression = text.startswith("{") and f"{{{item}}}" in text
-
-    def lookup(path):
-        of, pieces = node, path.split(".")
-        if pieces[0] == "parent":
-            of, pieces = node.parent, pieces[1:]
-        return knob(of, pieces[0], pieces[1] if len(pieces) > 1 else None)
-
-    if expression:
-        return Expression(item, lookup).value
-    return {"true": 1.0, "false": 0.0}.get(item) if item in ("true", "false") else float(item)
+    return Expression(item, lambda path: look_up(node, path)).value
 
 
 # ---- pictures
@@ -311,7 +308,8 @@ class Evaluate:
 
     def ColorMatrix(self, node):
         picture = self(node.inputs[0])
-        matrix = [[float(x) for x in words(row)] for row in words(words(node.knobs["matrix"])[0])]
+        matrix = [[Expression(cell, lambda path: look_up(node, path)).value for cell in words(row)]
+                  for row in words(words(node.knobs["matrix"])[0])]
         old = [picture.get(c, picture.box) for c in channels_of("rgb")]
         return picture.changed(**{c: sum(m * o for m, o in zip(row, old)) for c, row in zip(channels_of("rgb"), matrix)})
 

@@ -23,6 +23,10 @@ SHOTS = {
     "negative_tint": ("plain", ["--tint", "rim=-1,2,0"]),
     "aces": ("aces", ["--ev", "key=0.5", "--tint", "rim=1,0.5,0.2"]),
     "tint_space": ("aces", ["--tint", "key=1,0.3,0.2", "--tint-space", "Linear Rec.709"]),
+    "temperature": ("plain", ["--temperature", "key=3200", "--ev", "key=1", "--temperature", "rim_ind=9000"]),
+    "saturation": ("plain", ["--saturation", "key=0.25", "--tint", "key=1,0.5,2", "--saturation", "key_ind=3"]),
+    "saturation_aces": ("aces", ["--saturation", "rim=1.5", "--temperature", "rim=4000", "--tint-space", "ACEScg"]),
+    "saturation_space": ("aces", ["--saturation", "rim=0.5", "--tint", "key=1,0.5,2", "--tint-space", "Linear Rec.709"]),
     "albedo": ("albedo", ["--albedo", "DiffCol", "--ev", "key=1", "--tint", "rim=1,2,3"]),
 }
 

@@ -48,7 +48,7 @@ class Recipe(shots.Shot):
                                                                         ("--from-blender", self.path("s.py")))]
                 self.assertEqual(json.loads(recipes[0]), json.loads(recipes[1]))
                 support.write_text(self.path("r.json"), recipes[0])
-                keep = [w for o in ("--tint-space", "--albedo") if o in SHOTS[name][1]
+                keep = [w for o in ("--albedo",) if o in SHOTS[name][1]
                         for w in SHOTS[name][1][SHOTS[name][1].index(o):][:2]]
                 self.run_merge("add", self.path("beauty.exr"), self.path("caustics.exr"), "-o", self.path("again.exr"), "--recipe",
                                self.path("r.json"), *keep)
