@@ -282,6 +282,15 @@ def find(path):
     return os.path.normpath(os.path.join(here, path))
 
 
+def place(source, group, end):
+    """From left to right, with room for the sliders."""
+    if source.get(MARK):
+        source.location = (end.location.x - 700, end.location.y)
+    group.location = (source.location.x + 380, source.location.y)
+    if end.location.x < group.location.x + 340:
+        end.location.x = group.location.x + 340
+
+
 def build(beauty=None):
     scene = bpy.context.scene
     tree = scene_tree(scene)
@@ -305,6 +314,7 @@ def build(beauty=None):
         for shown, key, *_ in sliders(light):
             node.inputs[f"{light['label']} {shown}"].default_value = value_of(light, key)
     end = output_socket(graph)
+    place(picture.node, node, end.node)
     for socket in takers or [end]:
         graph.connect(node.outputs[0], socket)
     return node
