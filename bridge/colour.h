@@ -45,10 +45,10 @@ ColourKind colour_kind(const Colour *colour, const char *space);
 cau_result colour_matrix(
     const Colour *colour, const char *from, const char *to, double matrix[9], bool *same, CauError *err);
 
-/** `display`, `view`: NULL for the configuration's default. An unknown one is an error that lists the others.
- */
+/** `display`, `view`: NULL for the configuration's default; `look`: NULL for none but the view's own. An
+ * unknown one is an error that lists the others. */
 cau_result colour_view_open(ColourView **out, const Colour *colour, const char *space, const char *display,
-    const char *view, CauError *err);
+    const char *view, const char *look, CauError *err);
 void colour_view_close(ColourView **view);
 /** In place, interleaved RGB. */
 cau_result colour_view_apply(const ColourView *view, float *rgb, size_t width, size_t height, CauError *err);

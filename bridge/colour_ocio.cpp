@@ -228,6 +228,13 @@ static std::string view_list(const OCIO::ConstConfigRcPtr &config, const char *d
     return list;
 }
 
+static std::string look_list(const OCIO::ConstConfigRcPtr &config) {
+    std::string list;
+    for (int i = 0; i < config->getNumLooks(); i++)
+        list += (i ? ", " : "") + std::string(config->getLookNameByIndex(i));
+    return list.empty() ? "none" : list;
+}
+
 static bool has_display(const OCIO::ConstConfigRcPtr &config, const char *name) {
     for (int i = 0; i < config->getNumDisplays(); i++)
         if (std::strcmp(config->getDisplay(i), name) == 0) return true;
@@ -241,7 +248,7 @@ static bool has_view(const OCIO::ConstConfigRcPtr &config, const char *display, 
 }
 
 cau_result colour_view_open(ColourView **out, const Colour *colour, const char *space, const char *display,
-    const char *view, CauError *err) {
+    const char *view, const char *look, CauError *err) {
     *out = nullptr;
     try {
         const OCIO::ConstConfigRcPtr &config = colour->config;
@@ -258,8 +265,20 @@ cau_result colour_view_open(ColourView **out, const Colour *colour, const char *
         transform->setSrc(space);
         transform->setDisplay(shown.c_str());
         transform->setView(seen.c_str());
+        auto group = OCIO::GroupTransform::Create();
+        if (look) {
+            if (!config->getLook(look))
+                return error_set(err, CAU_ERROR_INPUT, "%s has no look \"%s\", only: %s",
+                    colour->origin.c_str(), look, look_list(config).c_str());
+            auto before = OCIO::LookTransform::Create();
+            before->setSrc(space);
+            before->setDst(space);
+            before->setLooks(look);
+            group->appendTransform(before);
+        }
+        group->appendTransform(transform);
         auto made = std::make_unique<ColourView>();
-        made->processor = config->getProcessor(transform)->getDefaultCPUProcessor();
+        made->processor = config->getProcessor(group)->getDefaultCPUProcessor();
         *out = made.release();
         return CAU_OK;
     } catch (...) {

@@ -147,6 +147,12 @@ static uint64_t store_row(uint8_t *row, const double *sum, size_t count, ExrPixe
     return clamped;
 }
 
+void blend_row(const Job *job, const Target *target, Lane *lane, int64_t y) {
+    Lines lines = lines_of(lane);
+    ExrBox window = target_part(job, target)->data_window;
+    sum_row(job, target, lane, &lines, window, y, (size_t)exr_box_width(window));
+}
+
 cau_result blend_band(const Job *job, const Target *target, Lane *lane, CauError *err) {
     const ExrPart *part = target_part(job, target);
     const ExrLayer *layer = target->layer;

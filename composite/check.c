@@ -1,13 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reads every pixel. Faults: what cannot be read, values that are no numbers, a sum that is not the sum of
- * its lights, a render that was stopped, a colour space that is not said. */
-#include "composite/job.h"
+/* Reads every pixel of every part. Faults: what cannot be read, values that are no numbers, a sum that is not
+ * the sum of its lights, a render that was stopped, windows that do not belong together, a colour space that
+ * is not said or said twice. */
 #include "composite/report.h"
+#include "composite/source.h"
 #include "core/checked.h"
+#include "core/ordered.h"
 #include "image/exr_samples.h"
 
 #include <inttypes.h>
 #include <math.h>
+
+/* What one thread works with, and what it found in its band. */
+typedef struct Desk {
+    Source source;
+    uint64_t *bad; /* per channel of all parts */
+    uint64_t wrong;
+    double *lines; /* sum, magnitude and one layer, `width` each */
+} Desk;
 
 typedef struct Check {
     const Report *report;
@@ -15,9 +25,15 @@ typedef struct Check {
     Picture picture;
     Lights lights;
     uint64_t faults;
-    double *sum,
-        *magnitude; /* of all light layers, and of their absolute values, RGB over the first data window */
-    size_t summed;  /* light layers in it */
+    bool *together;        /* per part: read beside the first, in the same bands */
+    size_t *first_of;      /* per part: its first channel's place in `bad` */
+    size_t channels;       /* of all parts */
+    const ExrLayer *total; /* NULL: there is none to check */
+    size_t summed;         /* light layers in it */
+    size_t part;           /* that is being read, with those that go together */
+    ExrBands bands;
+    Desk *desks;
+    uint64_t *bad, wrong;
 } Check;
 
 static void fault(Check *check, const char *text) {
@@ -25,7 +41,31 @@ static void fault(Check *check, const char *text) {
     report_line(check->report, "\"%s\": %s", check->file, text);
 }
 
-static void check_values(const ExrPart *part, const ExrRows *rows, uint64_t *bad) {
+static cau_result no_memory(CauError *err) {
+    return error_set(err, CAU_ERROR_RESOURCE, "out of memory for checking a picture");
+}
+
+static bool is_light(const Check *check, size_t layer) {
+    for (size_t i = 0; i < check->lights.count; i++)
+        if (check->lights.lights[i].radiance == (int)layer || check->lights.lights[i].indirect == (int)layer)
+            return true;
+    return false;
+}
+
+/* An output of `add` holds the beauty where caustics hold their total. */
+static void find_total(Check *check) {
+    const ExrPart *first = &check->picture.header->parts[0];
+    const ExrLayers *layers = &check->picture.layers;
+    if (exr_attr_find(first, CAU_ATTRIBUTE_MERGE)) return;
+    for (size_t i = 0; i < layers->count; i++) {
+        const ExrLayer *l = &layers->layers[i];
+        if (l->part == 0 && l->bare && exr_layer_is_rgb(l)) check->total = l;
+        check->summed += is_light(check, i) && check->together[l->part];
+    }
+    if (!check->summed) check->total = NULL;
+}
+
+static void count_bad(const ExrPart *part, const ExrRows *rows, uint64_t *bad) {
     size_t width = (size_t)exr_box_width(part->data_window);
     for (size_t c = 0; c < part->channel_count; c++) {
         ExrPixelType type = part->channels[c].type;
@@ -39,127 +79,207 @@ static void check_values(const ExrPart *part, const ExrRows *rows, uint64_t *bad
     }
 }
 
-static bool is_light(const Check *check, size_t layer) {
-    for (size_t i = 0; i < check->lights.count; i++)
-        if (check->lights.lights[i].radiance == (int)layer || check->lights.lights[i].indirect == (int)layer)
-            return true;
-    return false;
-}
-
-/* `sign` +1 for a light layer, -1 for the total. */
-static void sum_layer(
-    Check *check, const ExrPart *part, const ExrLayer *layer, const ExrRows *rows, double sign) {
+/* In half every layer and the total are rounded; in float only the order of the sum differs. */
+static uint64_t count_wrong(const Check *check, const Desk *desk, int64_t y) {
+    const ExrPart *part = &check->picture.header->parts[0];
     size_t width = (size_t)exr_box_width(part->data_window);
-    for (size_t c = 0; c < 3; c++) {
-        size_t channel = (size_t)layer->rgb[c], offset = exr_channel_offset(part, channel);
-        for (int64_t y = rows->y0; y <= rows->y1; y++) {
-            const uint8_t *row = exr_rows_at(rows, y, offset);
-            size_t first = 3 * (size_t)(y - part->data_window.y0) * width + c;
+    double *sum = desk->lines, *magnitude = sum + width, *in = magnitude + width;
+    bool half = part->channels[check->total->rgb[0]].type == EXR_TYPE_HALF;
+    double n = (double)check->summed, relative = half ? 0x1p-10 : n * 0x1p-23,
+           absolute = half ? (n + 1) * 0x1p-25 : 1e-37;
+    uint64_t wrong = 0;
+    for (int c = 0; c < 3; c++) {
+        for (size_t i = 0; i < width; i++) sum[i] = magnitude[i] = 0;
+        for (size_t k = 0; k < check->picture.layers.count; k++) {
+            const ExrLayer *l = &check->picture.layers.layers[k];
+            double sign = l == check->total ? -1 : 1;
+            if (l != check->total && !(is_light(check, k) && check->together[l->part])) continue;
+            source_row(&desk->source, l->part, l->rgb[c], y, part->data_window.x0, width, in);
             for (size_t i = 0; i < width; i++) {
-                double v = exr_sample(row, i, part->channels[channel].type);
-                check->sum[first + 3 * i] += sign * v;
-                check->magnitude[first + 3 * i] += fabs(v);
+                sum[i] += sign * in[i];
+                magnitude[i] += fabs(in[i]);
             }
         }
+        for (size_t i = 0; i < width; i++)
+            if (fabs(sum[i]) > relative * magnitude[i] / 2 + absolute) wrong++;
     }
+    return wrong;
 }
 
-static void sum_band(Check *check, size_t index, const ExrRows *rows) {
-    const ExrPart *part = &check->picture.header->parts[index];
-    if (!check->sum || !exr_box_equal(part->data_window, check->picture.header->parts[0].data_window)) return;
-    for (size_t i = 0; i < check->picture.layers.count; i++) {
-        const ExrLayer *layer = &check->picture.layers.layers[i];
-        if (layer->part != index || !exr_layer_is_rgb(layer)) continue;
-        bool total = index == 0 && layer->bare;
-        if (total || is_light(check, i)) sum_layer(check, part, layer, rows, total ? -1 : 1);
-        if (!total && is_light(check, i) && rows->y0 == part->data_window.y0) check->summed++;
+static cau_result work(void *data, size_t index, unsigned slot, CauError *err) {
+    const Check *check = data;
+    Desk *desk = &check->desks[slot];
+    int32_t y0, y1;
+    exr_band_at(&check->bands, index, &y0, &y1);
+    source_begin(&desk->source, y0, y1);
+    for (size_t i = 0; i < check->picture.header->part_count; i++) {
+        if (i != check->part && !(check->part == 0 && check->together[i])) continue;
+        CAU_TRY(source_load(&desk->source, i, err));
+        count_bad(&check->picture.header->parts[i], &desk->source.rows[i], desk->bad + check->first_of[i]);
     }
+    for (int64_t y = y0; check->part == 0 && check->total && y <= y1; y++)
+        desk->wrong += count_wrong(check, desk, y);
+    return CAU_OK;
 }
 
-static cau_result check_part(Check *check, size_t index) {
-    const ExrPart *part = &check->picture.header->parts[index];
-    ExrBands bands = exr_bands(part, exr_band_rows(part));
-    ExrDecoder *decoder = NULL;
-    ExrRows rows = {0};
-    uint64_t *bad = array_new(part->channel_count, sizeof *bad);
-    if (!bad)
-        return error_set(check->report->err, CAU_ERROR_RESOURCE, "out of memory for a list of channels");
-    cau_result result = exr_decoder_create(&decoder, check->picture.reader, check->report->err);
-    for (size_t b = 0; result == CAU_OK && b < bands.count; b++) {
-        int32_t y0, y1;
-        exr_band_at(&bands, b, &y0, &y1);
-        result = exr_decoder_rows(decoder, index, y0, y1, &rows, check->report->err);
-        if (result != CAU_OK) break;
-        check_values(part, &rows, bad);
-        sum_band(check, index, &rows);
+static cau_result take(void *data, size_t index, unsigned slot, CauError *err) {
+    Check *check = data;
+    Desk *desk = &check->desks[slot];
+    (void)index;
+    (void)err;
+    for (size_t c = 0; c < check->channels; c++) {
+        check->bad[c] += desk->bad[c];
+        desk->bad[c] = 0;
     }
-    for (size_t c = 0; result == CAU_OK && c < part->channel_count; c++) {
-        if (!bad[c]) continue;
-        check->faults++;
-        report_line(check->report, "\"%s\": channel %s has %" PRIu64 " values that are NaN or infinite",
-            check->file, part->channels[c].name, bad[c]);
+    check->wrong += desk->wrong;
+    desk->wrong = 0;
+    return CAU_OK;
+}
+
+/* As many as fit: a file may ask for much. */
+static unsigned desk_count(const Check *check) {
+    size_t memory = (size_t)256 << 20, each = 0;
+    const ExrHeader *header = check->picture.header;
+    for (size_t i = 0; i < header->part_count; i++)
+        each += (size_t)exr_box_width(header->parts[i].data_window) *
+                (size_t)exr_band_rows(&header->parts[i]) * exr_part_pixel_bytes(&header->parts[i]) * 3;
+    unsigned count = ordered_processors() + 2;
+    while (count > 1 && each > memory / count) count--;
+    return count;
+}
+
+static cau_result create_desks(Check *check, unsigned count) {
+    CauError *err = check->report->err;
+    size_t width = (size_t)exr_box_width(check->picture.header->parts[0].data_window);
+    check->desks = array_new(count, sizeof *check->desks);
+    check->bad = array_new(check->channels, sizeof *check->bad);
+    if (!check->desks || !check->bad) return no_memory(err);
+    for (unsigned i = 0; i < count; i++) {
+        Desk *desk = &check->desks[i];
+        desk->bad = array_new(check->channels, sizeof *desk->bad);
+        desk->lines = array_new(3 * width, sizeof *desk->lines);
+        if (!desk->bad || !desk->lines) return no_memory(err);
+        CAU_TRY(source_create(&desk->source, &check->picture, 0, 0, err));
     }
-    exr_rows_free(&rows);
-    exr_decoder_free(&decoder);
-    free(bad);
+    return CAU_OK;
+}
+
+static void free_desks(Check *check, unsigned count) {
+    for (unsigned i = 0; check->desks && i < count; i++) {
+        source_free(&check->desks[i].source);
+        free(check->desks[i].bad);
+        free(check->desks[i].lines);
+    }
+    free(check->desks);
+}
+
+static cau_result read_all(Check *check) {
+    const ExrHeader *header = check->picture.header;
+    unsigned count = desk_count(check);
+    int rows = 0;
+    cau_result result = create_desks(check, count);
+    for (size_t i = 0; i < header->part_count; i++)
+        if (check->together[i] && exr_band_rows(&header->parts[i]) > rows)
+            rows = exr_band_rows(&header->parts[i]);
+    for (size_t i = 0; result == CAU_OK && i < header->part_count; i++) {
+        if (i && check->together[i]) continue;
+        check->part = i;
+        check->bands = exr_bands(&header->parts[i], i ? exr_band_rows(&header->parts[i]) : rows);
+        result = ordered_run(count > 2 ? count - 2 : 1, count, check->bands.count, work, take, NULL, check,
+            check->report->err);
+    }
+    free_desks(check, count);
     return result;
 }
 
-/* In half every layer and the total are rounded; in float only the order of the sum differs. */
-static void check_sum(Check *check) {
-    const ExrPart *part = &check->picture.header->parts[0];
-    if (!check->sum || !check->summed) return;
-    bool half = part->channels[0].type == EXR_TYPE_HALF;
-    double n = (double)check->summed, relative = half ? 0x1p-10 : n * 0x1p-23,
-           absolute = half ? (n + 1) * 0x1p-25 : 1e-37;
-    size_t values = 3 * (size_t)exr_box_width(part->data_window) * (size_t)exr_box_height(part->data_window),
-           wrong = 0;
-    for (size_t i = 0; i < values; i++)
-        if (fabs(check->sum[i]) > relative * check->magnitude[i] / 2 + absolute) wrong++;
-    if (!wrong) return;
+static void tell_pixels(Check *check) {
+    const ExrHeader *header = check->picture.header;
+    for (size_t i = 0; i < header->part_count; i++)
+        for (size_t c = 0; c < header->parts[i].channel_count; c++) {
+            uint64_t bad = check->bad[check->first_of[i] + c];
+            if (!bad) continue;
+            check->faults++;
+            report_line(check->report, "\"%s\": channel %s has %" PRIu64 " values that are NaN or infinite",
+                check->file, header->parts[i].channels[c].name, bad);
+        }
+    if (!check->wrong) return;
+    ExrBox w = header->parts[0].data_window;
     check->faults++;
     report_line(check->report,
-        "\"%s\": the first part is not the sum of the %zu light layers in %zu of %zu values", check->file,
-        check->summed, wrong, values);
+        "\"%s\": the first part is not the sum of the %zu light layers in %" PRIu64 " of %" PRId64 " values",
+        check->file, check->summed, check->wrong, 3 * exr_box_width(w) * exr_box_height(w));
 }
 
-static void create_sums(Check *check) {
-    const ExrPart *part = &check->picture.header->parts[0];
-    const ExrLayer *first = check->picture.layers.count ? &check->picture.layers.layers[0] : NULL;
-    if (!check->lights.count || !first || !first->bare || !exr_layer_is_rgb(first) ||
-        exr_attr_find(part, CAU_ATTRIBUTE_MERGE))
-        return; /* there is no total: an output of `add` holds the beauty there */
-    size_t pixels = (size_t)exr_box_width(part->data_window) * (size_t)exr_box_height(part->data_window);
-    check->sum = array_new(pixels, 3 * sizeof(double));
-    check->magnitude = array_new(pixels, 3 * sizeof(double));
-    if (check->sum && check->magnitude) return;
-    free(check->sum);
-    check->sum = NULL;
-    fault(check, "too large for this machine to check the sum of the lights");
-}
-
-static void check_header(Check *check) {
+static void check_tags(Check *check) {
     ColourTag tag;
-    int32_t complete = 1;
+    const ExrPart *first = &check->picture.header->parts[0];
     colour_tag_read(&tag, check->picture.header, 0);
     if (tag.source == COLOUR_TAG_NONE && check->lights.count)
         fault(check,
             "the colour space is not said (no colorInteropID), so nothing can be added without naming it");
     else if (tag.source == COLOUR_TAG_NONE)
         report_line(check->report, "\"%s\": note: the colour space is not said", check->file);
+    ColourTag other;
+    if (tag.source != COLOUR_TAG_ID && tag.source != COLOUR_TAG_ACES) return;
+    if (colour_tag_chromaticities(&other, first) && strcmp(other.id, tag.id) != 0) {
+        check->faults++;
+        report_line(check->report, "\"%s\": the colour space is said twice: %s, and the chromaticities of %s",
+            check->file, tag.id, other.id);
+    }
+}
+
+static void check_windows(Check *check) {
+    const ExrHeader *header = check->picture.header;
+    for (size_t i = 1; i < header->part_count; i++) {
+        const ExrPart *part = &header->parts[i];
+        if (!exr_box_equal(part->display_window, header->parts[0].display_window)) {
+            check->faults++;
+            report_line(
+                check->report, "\"%s\": part %zu has another display window than the first", check->file, i);
+        }
+    }
+    for (size_t k = 0; k < check->picture.layers.count; k++) {
+        const ExrLayer *l = &check->picture.layers.layers[k];
+        if (!check->lights.count || !is_light(check, k) || check->together[l->part] ||
+            exr_attr_find(&header->parts[0], CAU_ATTRIBUTE_MERGE))
+            continue;
+        check->faults++;
+        report_line(check->report, "\"%s\": layer %s has another data window than the first part",
+            check->file, exr_layer_shown(l));
+    }
+}
+
+static void check_complete(Check *check) {
+    int32_t complete = 1;
     exr_attr_int32(exr_attr_find(&check->picture.header->parts[0], CAU_ATTRIBUTE_COMPLETE), &complete);
     if (!complete)
         fault(check, "the render was stopped before it was complete (" CAU_ATTRIBUTE_COMPLETE " is 0)");
+}
+
+static cau_result plan(Check *check) {
+    const ExrHeader *header = check->picture.header;
+    check->together = array_new(header->part_count, sizeof *check->together);
+    check->first_of = array_new(header->part_count, sizeof *check->first_of);
+    if (!check->together || !check->first_of) return no_memory(check->report->err);
+    for (size_t i = 0; i < header->part_count; i++) {
+        check->together[i] = exr_box_equal(header->parts[i].data_window, header->parts[0].data_window);
+        check->first_of[i] = check->channels;
+        check->channels += header->parts[i].channel_count;
+    }
+    return CAU_OK;
 }
 
 static cau_result check_open(Check *check) {
     CauError *err = check->report->err;
     CAU_TRY(picture_check_readable(&check->picture, err));
     CAU_TRY(lights_find(&check->lights, &check->picture, err));
-    check_header(check);
-    create_sums(check);
-    for (size_t i = 0; i < check->picture.header->part_count; i++) CAU_TRY(check_part(check, i));
-    check_sum(check);
+    CAU_TRY(plan(check));
+    find_total(check);
+    check_tags(check);
+    check_complete(check);
+    check_windows(check);
+    CAU_TRY(read_all(check));
+    tell_pixels(check);
     if (!check->faults) {
         report_line(check->report, "\"%s\": no fault found, %zu light%s", check->file, check->lights.count,
             check->lights.count == 1 ? "" : "s");
@@ -173,8 +293,9 @@ cau_result report_check(const Report *report, const char *file) {
     Check check = {.report = report, .file = file};
     cau_result result = picture_open(&check.picture, file, report->err);
     if (result == CAU_OK) result = check_open(&check);
-    free(check.sum);
-    free(check.magnitude);
+    free(check.together);
+    free(check.first_of);
+    free(check.bad);
     lights_free(&check.lights);
     picture_close(&check.picture);
     return result;

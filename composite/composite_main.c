@@ -107,7 +107,8 @@ static cau_result run_preview(cau_merge *merge, Arguments *a) {
 
 static cau_result run_files(cau_merge *merge, Arguments *a,
     cau_result (*call)(cau_merge *, const char *, void (*)(void *, const char *), void *)) {
-    if (a->any_option || a->output) return usage("list and check take files and --quiet only");
+    if (a->any_option || a->output || (a->json && call == cau_merge_check))
+        return usage("list and check take files and --quiet only, list --json too");
     if (a->file_count < 1) return usage("name at least one file: see caustic-merge --help");
     cau_result worst = CAU_OK;
     unblock_signals();
@@ -158,20 +159,37 @@ static cau_result run_recipe(cau_merge *merge, Arguments *a) {
         cau_merge_error(merge));
 }
 
+static cau_result run_diff(cau_merge *merge, Arguments *a) {
+    if (a->any_option || a->output || a->file_count != 2)
+        return usage("diff takes two files: see caustic-merge --help");
+    unblock_signals();
+    cau_result result = cau_merge_diff(merge, a->files[0], a->files[1], a->quiet ? NULL : print_line, NULL);
+    fflush(stdout);
+    return say(result, cau_merge_error(merge));
+}
+
+static cau_result run_shards(cau_merge *merge, Arguments *a) {
+    if (!a->output) return usage("shards needs an output: -o OUT.exr");
+    a->options.output = a->output;
+    cau_result result =
+        say(cau_merge_shards(merge, a->files, a->file_count, &a->options), cau_merge_error(merge));
+    if (result == CAU_OK && !a->quiet) printf("wrote %s\n", a->output);
+    return result;
+}
+
 static cau_result run_command(cau_merge *merge, Arguments *a) {
     static const char *const commands[] = {
-        "add", "preview", "list", "check", "nuke", "blender", "recipe", "shards"};
+        "add", "preview", "list", "check", "diff", "shards", "nuke", "blender", "recipe"};
     enum { COMMANDS = sizeof commands / sizeof *commands };
     if (strcmp(a->command, "add") == 0) return run_add(merge, a);
     if (strcmp(a->command, "preview") == 0) return run_preview(merge, a);
-    if (strcmp(a->command, "list") == 0) return run_files(merge, a, cau_merge_list);
+    if (strcmp(a->command, "list") == 0)
+        return run_files(merge, a, a->json ? cau_merge_list_json : cau_merge_list);
     if (strcmp(a->command, "check") == 0) return run_files(merge, a, cau_merge_check);
     if (strcmp(a->command, "nuke") == 0 || strcmp(a->command, "blender") == 0) return run_script(merge, a);
     if (strcmp(a->command, "recipe") == 0) return run_recipe(merge, a);
-    if (strcmp(a->command, "shards") == 0) {
-        fprintf(stderr, "caustic-merge: not yet supported: %s\n", a->command);
-        return CAU_ERROR_UNSUPPORTED;
-    }
+    if (strcmp(a->command, "shards") == 0) return run_shards(merge, a);
+    if (strcmp(a->command, "diff") == 0) return run_diff(merge, a);
     fprintf(stderr, "caustic-merge: unknown command \"%s\"; did you mean %s? See caustic-merge --help\n",
         a->command, commands[nearest_name(a->command, commands, COMMANDS)]);
     return CAU_ERROR_USAGE;

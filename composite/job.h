@@ -118,6 +118,10 @@ cau_result job_gain(Job *job);
 cau_result job_write(Job *job);
 /** All of these, and job_close(); the counts stay. */
 cau_result job_add(Job *job);
+/** Refuses an output that is a device, or the very file `input` (NULL is allowed). */
+cau_result output_check(const char *output, const char *input, CauError *err);
+/** Joins shards; see cau_merge_shards(). */
+cau_result shards_join(const char *const *files, size_t count, const cau_merge_options *o, CauError *err);
 /** A guess at what one thread of an add takes, from the largest band. */
 size_t job_lane_bytes(const ExrHeader *beauty, const ExrHeader *caustics);
 /** The frames of a sequence, several at once. */
@@ -219,6 +223,8 @@ char *recipe_record(const Job *job);
 
 /** Opens the preview's view. */
 cau_result preview_open(Job *job);
+/** Before, each light, their sum and after as options->contact_sheet. */
+cau_result sheet_write(const Job *job);
 /** Shows a layer of `picture`, which is in the beauty's space, as options->preview. */
 cau_result preview_write(const Job *job, const Picture *picture, const ExrLayer *layer);
 

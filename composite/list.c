@@ -69,20 +69,25 @@ static void list_attribute(const Report *report, const ExrPart *part, const char
     free(text);
 }
 
+const char *report_tag_source(int source) {
+    static const char *const sources[] = {"", "acesImageContainerFlag", CAU_ATTRIBUTE_COLOR_ID,
+        "chromaticities", "written by Blender, which does not say"};
+    return sources[source];
+}
+
 static void list_colour(const Report *report, const Picture *p) {
-    static const char *const sources[] = {"", "acesImageContainerFlag", "colorInteropID", "chromaticities",
-        "written by Blender, which does not say"};
     ColourTag tag;
     colour_tag_read(&tag, p->header, 0);
     if (tag.source == COLOUR_TAG_NONE)
         report_line(report, "colour: not said");
     else
-        report_line(report, "colour: %s (%s)", tag.id, sources[tag.source]);
+        report_line(report, "colour: %s (%s)", tag.id, report_tag_source((int)tag.source));
 }
 
 static cau_result list_open(const Report *report, const Picture *p) {
-    static const char *const attributes[] = {
-        CAU_ATTRIBUTE_COMPLETE, CAU_ATTRIBUTE_REPAIRED_NAN, CAU_ATTRIBUTE_CLAMPED, CAU_ATTRIBUTE_MERGE};
+    static const char *const attributes[] = {CAU_ATTRIBUTE_COMPLETE, CAU_ATTRIBUTE_REPAIRED_NAN,
+        CAU_ATTRIBUTE_CLAMPED, CAU_ATTRIBUTE_SCENE_HASH, CAU_ATTRIBUTE_SEED, CAU_ATTRIBUTE_SHARD,
+        CAU_ATTRIBUTE_PHOTONS, CAU_ATTRIBUTE_ERROR, CAU_ATTRIBUTE_PLAN, CAU_ATTRIBUTE_MERGE};
     list_parts(report, p);
     list_layers(report, p);
     Lights lights;

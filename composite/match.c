@@ -125,7 +125,7 @@ cau_result job_match(Job *job) {
     if (o->keep_layers) CAU_TRY(keep_choose(job));
     job->tint_space = job->beauty_space;
     if (o->tint_space) CAU_TRY(space_named(&job->tint_space, job, o->tint_space, "--tint-space"));
-    if (o->preview) CAU_TRY(preview_open(job));
+    if (o->preview || o->contact_sheet) CAU_TRY(preview_open(job));
     if (exr_attr_find(&job->beauty.header->parts[0], CAU_ATTRIBUTE_MERGE))
         job_notice(job, "\"%s\" is itself an output of caustic-merge add: make sure nothing is added twice",
             o->beauty);

@@ -121,3 +121,31 @@ cau_result cau_merge_check(
     cau_merge *merge, const char *file, void (*line)(void *user, const char *text), void *user) {
     return run_report(merge, report_check, file, line, user);
 }
+
+cau_result cau_merge_list_json(
+    cau_merge *merge, const char *file, void (*text)(void *user, const char *text), void *user) {
+    return run_report(merge, report_list_json, file, text, user);
+}
+
+cau_result cau_merge_diff(
+    cau_merge *merge, const char *a, const char *b, void (*line)(void *user, const char *text), void *user) {
+    if (!merge) return CAU_ERROR_USAGE;
+    error_clear(&merge->err);
+    if (!a || !b) return error_set(&merge->err, CAU_ERROR_USAGE, "diff needs two files");
+    Report report = {line, user, &merge->err};
+    return report_diff(&report, a, b);
+}
+
+cau_result cau_merge_shards(
+    cau_merge *merge, const char *const *files, size_t count, const cau_merge_options *options) {
+    if (!merge) return CAU_ERROR_USAGE;
+    error_clear(&merge->err);
+    cau_merge_options o = {0};
+    if (!options || options->size < offsetof(cau_merge_options, lights) || options->size > 65536)
+        return error_set(
+            &merge->err, CAU_ERROR_USAGE, "cau_merge_options: \"size\" is not that of the structure");
+    memcpy(&o, options, options->size < sizeof o ? options->size : sizeof o);
+    if (count < 2 || !files || !o.output)
+        return error_set(&merge->err, CAU_ERROR_USAGE, "shards needs at least two files and an output");
+    return shards_join(files, count, &o, &merge->err);
+}

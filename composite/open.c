@@ -2,6 +2,8 @@
 /* Opens the inputs, and makes sure that the output is none of them before anything is computed. */
 #include "composite/job.h"
 
+#include <glob.h>
+#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,26 +25,29 @@ cau_result job_poll(const Job *job) {
     return error_set(job->err, CAU_ERROR_CANCELLED, "stopped on request; no output was written or changed");
 }
 
-static cau_result check_output(const Job *job, const char *output) {
+cau_result output_check(const char *output, const char *input, CauError *err) {
     struct stat out, in;
-    if (!output) return CAU_OK;
     if (lstat(output, &out) == 0 && !S_ISREG(out.st_mode) && !S_ISLNK(out.st_mode) && !S_ISDIR(out.st_mode))
         return error_set(
-            job->err, CAU_ERROR_INPUT, "cannot write \"%s\": it is a device or a pipe, not a file", output);
-    if (stat(output, &out) != 0) return CAU_OK;
-    const char *inputs[] = {job->options->beauty, job->options->caustics, job->options->recipe,
-        job->options->ocio, job->options->holdout};
-    for (size_t i = 0; i < sizeof inputs / sizeof *inputs; i++)
-        if (inputs[i] && stat(inputs[i], &in) == 0 && in.st_dev == out.st_dev && in.st_ino == out.st_ino)
-            return error_set(job->err, CAU_ERROR_INPUT,
-                "the output \"%s\" is the input \"%s\" itself: inputs are never changed, choose another name",
-                output, inputs[i]);
+            err, CAU_ERROR_INPUT, "cannot write \"%s\": it is a device or a pipe, not a file", output);
+    if (!input || stat(output, &out) != 0 || stat(input, &in) != 0) return CAU_OK;
+    if (in.st_dev != out.st_dev || in.st_ino != out.st_ino) return CAU_OK;
+    return error_set(err, CAU_ERROR_INPUT,
+        "the output \"%s\" is the input \"%s\" itself: inputs are never changed, choose another name", output,
+        input);
+}
+
+static cau_result check_output(const Job *job, const char *output) {
+    const cau_merge_options *o = job->options;
+    const char *inputs[] = {NULL, o->beauty, o->caustics, o->recipe, o->ocio, o->holdout};
+    for (size_t i = 0; output && i < sizeof inputs / sizeof *inputs; i++)
+        CAU_TRY(output_check(output, inputs[i], job->err));
     return CAU_OK;
 }
 
 static cau_result check_outputs(const Job *job) {
     const cau_merge_options *o = job->options;
-    const char *outputs[] = {o->output, o->preview, o->write_recipe};
+    const char *outputs[] = {o->output, o->preview, o->contact_sheet, o->write_recipe};
     enum { OUTPUTS = sizeof outputs / sizeof *outputs };
     for (int i = 0; i < OUTPUTS; i++) {
         CAU_TRY(check_output(job, outputs[i]));
@@ -53,10 +58,46 @@ static cau_result check_outputs(const Job *job) {
     return CAU_OK;
 }
 
+/* Blender's own configuration: beside the program, or where distributions put it. */
+static cau_result find_blender(char *out, size_t room, CauError *err) {
+    static const char *const places[] = {"/usr/share/blender/datafiles/colormanagement/config.ocio",
+        "/usr/share/blender/*/datafiles/colormanagement/config.ocio",
+        "/usr/lib/blender/*/datafiles/colormanagement/config.ocio",
+        "/opt/blender*/*/datafiles/colormanagement/config.ocio"};
+    const char *folders = getenv("PATH");
+    char pattern[PATH_MAX + 64], program[PATH_MAX], real[PATH_MAX];
+    glob_t found = {0};
+    while (folders && *folders) {
+        size_t length = strcspn(folders, ":");
+        snprintf(program, sizeof program, "%.*s/blender", (int)length, folders);
+        folders += length + (folders[length] == ':');
+        if (!realpath(program, real)) continue;
+        *strrchr(real, '/') = '\0';
+        snprintf(pattern, sizeof pattern, "%s/*/datafiles/colormanagement/config.ocio", real);
+        glob(pattern, GLOB_APPEND, NULL, &found);
+    }
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) glob(places[i], GLOB_APPEND, NULL, &found);
+    bool any = found.gl_pathc > 0 && strlen(found.gl_pathv[0]) < room;
+    if (any) strcpy(out, found.gl_pathv[0]);
+    globfree(&found);
+    return any ? CAU_OK
+               : error_set(err, CAU_ERROR_INPUT,
+                     "--ocio blender: no Blender was found on the PATH with a "
+                     "datafiles/colormanagement/config.ocio; name the file itself");
+}
+
+static cau_result open_colour(Job *job) {
+    const char *named = job->options->ocio;
+    char path[PATH_MAX];
+    if (!named || strcmp(named, "blender") != 0) return colour_open(&job->colour, named, job->err);
+    CAU_TRY(find_blender(path, sizeof path, job->err));
+    return colour_open(&job->colour, path, job->err);
+}
+
 cau_result job_open(Job *job) {
     const cau_merge_options *o = job->options;
     CAU_TRY(check_outputs(job));
-    CAU_TRY(colour_open(&job->colour, o->ocio, job->err));
+    CAU_TRY(open_colour(job));
     CAU_TRY(picture_open(&job->beauty, o->beauty, job->err));
     CAU_TRY(picture_check_readable(&job->beauty, job->err));
     if (!o->caustics) return CAU_OK;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* libpng rather than OpenImageIO, whose 260 libraries cost every run of the program 0.2 s and 130 MB. */
-#include "composite/png.h"
+#include "composite/picture_file.h"
 
 #include <png.h>
 

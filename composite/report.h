@@ -15,6 +15,12 @@ typedef struct Report {
 void report_line(const Report *report, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 cau_result report_list(const Report *report, const char *file);
+/** The same and more as JSON, in one call of `line`. */
+cau_result report_list_json(const Report *report, const char *file);
+/** Every difference between two files, in header and pixels. */
+cau_result report_diff(const Report *report, const char *a, const char *b);
+/** Which source of the colour space, in words. */
+const char *report_tag_source(int source);
 cau_result report_check(const Report *report, const char *file);
 
 #endif

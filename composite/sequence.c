@@ -18,7 +18,7 @@ typedef struct Frame {
     Sequence *sequence;
     int number;
     cau_merge_options options;
-    char *names[6]; /* the storage of the options' names */
+    char *names[7]; /* the storage of the options' names */
     json_t *notices;
     bool skipped;
     cau_result result;
@@ -77,6 +77,7 @@ static const struct Name {
     {offsetof(cau_merge_options, caustics), true},
     {offsetof(cau_merge_options, output), true},
     {offsetof(cau_merge_options, preview), true},
+    {offsetof(cau_merge_options, contact_sheet), true},
     {offsetof(cau_merge_options, recipe), false},
     {offsetof(cau_merge_options, holdout), false},
 };

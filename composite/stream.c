@@ -77,8 +77,7 @@ static void choose_threads(Stream *s) {
     while (s->slots > 1 && each > memory / s->slots) s->slots--;
 }
 
-static cau_result create_lane(const Stream *s, Lane *lane, CauError *err) {
-    const Job *job = s->job;
+cau_result lane_create(Lane *lane, const Job *job, CauError *err) {
     for (size_t t = 0; t < job->target_count; t++) {
         size_t width =
             (size_t)exr_box_width(job->beauty.header->parts[job->targets[t].layer->part].data_window);
@@ -89,11 +88,10 @@ static cau_result create_lane(const Stream *s, Lane *lane, CauError *err) {
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a row of %zu pixels", lane->width);
     CAU_TRY(source_create(&lane->beauty, &job->beauty, 0, 0, err));
     CAU_TRY(source_create(&lane->caustics, &job->caustics, job->shift_x, job->shift_y, err));
-    if (job->holdout.mask.header) CAU_TRY(source_create(&lane->mask, &job->holdout.mask, 0, 0, err));
-    return exr_writer_takes_packed(s->writer) ? exr_encoder_create(&lane->encoder, s->writer, err) : CAU_OK;
+    return job->holdout.mask.header ? source_create(&lane->mask, &job->holdout.mask, 0, 0, err) : CAU_OK;
 }
 
-static void free_lane(Lane *lane) {
+void lane_free(Lane *lane) {
     source_free(&lane->beauty);
     source_free(&lane->caustics);
     source_free(&lane->mask);
@@ -101,6 +99,11 @@ static void free_lane(Lane *lane) {
     exr_encoder_free(&lane->encoder);
     exr_packed_free(&lane->packed);
     free(lane->lines);
+}
+
+static cau_result create_lane(const Stream *s, Lane *lane, CauError *err) {
+    CAU_TRY(lane_create(lane, s->job, err));
+    return exr_writer_takes_packed(s->writer) ? exr_encoder_create(&lane->encoder, s->writer, err) : CAU_OK;
 }
 
 static cau_result blend(const Job *job, const Piece *piece, Lane *lane, bool *changed, CauError *err) {
@@ -166,7 +169,7 @@ cau_result stream_run(Job *job, const ExrHeader *header, ExrWriter *writer) {
         result = create_lane(&s, &s.lanes[i], job->err);
     if (result == CAU_OK)
         result = ordered_run(s.threads, s.slots, s.piece_count, work, take, NULL, &s, job->err);
-    for (unsigned i = 0; s.lanes && i < s.slots; i++) free_lane(&s.lanes[i]);
+    for (unsigned i = 0; s.lanes && i < s.slots; i++) lane_free(&s.lanes[i]);
     free(s.lanes);
     free(s.pieces);
     return result;

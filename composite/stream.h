@@ -25,6 +25,12 @@ cau_result blend_needed(const Job *job, const Target *target, Lane *lane, bool *
 /** Adds to `target` in the loaded rows of its part. */
 cau_result blend_band(const Job *job, const Target *target, Lane *lane, CauError *err);
 
+/** Leaves what is added to row y of `target` in the first three lines, RGB; after blend_needed(). */
+void blend_row(const Job *job, const Target *target, Lane *lane, int64_t y);
+/** Memory for one band at a time, without an encoder. */
+cau_result lane_create(Lane *lane, const Job *job, CauError *err);
+void lane_free(Lane *lane);
+
 /** Loads what holdout_row() reads. */
 cau_result holdout_load(const Job *job, Lane *lane, CauError *err);
 /** How much light is left at row y, 1 to 0; `id`, `coverage` are scratch. */

@@ -123,5 +123,6 @@ cau_result job_write(Job *job) {
     if (result == CAU_OK) say_counts(job);
     if (result == CAU_OK && job->options->write_recipe) result = write_recipe(job);
     if (result == CAU_OK && job->options->preview) result = show(job);
+    if (result == CAU_OK && job->options->contact_sheet) result = sheet_write(job);
     return result;
 }

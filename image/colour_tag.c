@@ -96,6 +96,11 @@ static bool read_blender(ColourTag *tag, const ExrPart *part) {
     return signature;
 }
 
+bool colour_tag_chromaticities(ColourTag *out, const ExrPart *part) {
+    *out = (ColourTag){0};
+    return read_chromaticities(out, part) && out->source == COLOUR_TAG_CHROMATICITIES;
+}
+
 void colour_tag_read(ColourTag *out, const ExrHeader *header, size_t part) {
     static bool (*const readers[])(ColourTag *, const ExrPart *) = {
         read_flag, read_id, read_chromaticities, read_blender};

@@ -27,6 +27,9 @@ typedef struct ColourTag {
 /** Looks in `part`, then in the first part. */
 void colour_tag_read(ColourTag *out, const ExrHeader *header, size_t part);
 
+/** What the chromaticities alone say; false when there are none, or of no known space. */
+bool colour_tag_chromaticities(ColourTag *out, const ExrPart *part);
+
 /** Known interchange names, and the other names under which configurations list the same space. */
 size_t colour_id_count(void);
 const char *colour_id_at(size_t index);

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <stdio.h>
 
-typedef enum Kind { TEXT, FLAG, SWITCH, OFFSET, LIGHT, EVERY, NAME, THREADS, MEMORY } Kind;
+typedef enum Kind { TEXT, FLAG, SWITCH, OFFSET, LIGHT, EVERY, NAME, STOPS, THREADS, MEMORY } Kind;
 
 typedef struct Option {
     const char *name;
@@ -52,9 +52,13 @@ static const Option options[] = {
     {"--preview", TEXT, IN_OPTIONS(preview), 0},
     {"--display", TEXT, IN_OPTIONS(display), 0},
     {"--view", TEXT, IN_OPTIONS(view), 0},
+    {"--look", TEXT, IN_OPTIONS(look), 0},
+    {"--exposure", STOPS, IN_OPTIONS(preview_ev), 0},
+    {"--contact-sheet", TEXT, IN_OPTIONS(contact_sheet), 0},
     {"--offset", OFFSET, 0, 0},
     {"--allow-incomplete", SWITCH, IN_OPTIONS(allow_incomplete), 0},
     {"--frames", TEXT, offsetof(Arguments, frames), 0},
+    {"--json", FLAG, offsetof(Arguments, json), 0},
     {"--report", TEXT, offsetof(Arguments, report), 0},
     {"--resume", FLAG, offsetof(Arguments, resume), 0},
     {"--from-nuke", TEXT, offsetof(Arguments, from_nuke), 0},
@@ -197,6 +201,9 @@ static cau_result take_value(Arguments *a, const Option *option, const char *val
     if (option->kind == EVERY) return read_every(a, value, err);
     if (option->kind == OFFSET) return read_offset(a, value, err);
     if (option->kind == THREADS) return read_threads(a, value, err);
+    if (option->kind == STOPS && !whole_number(value, (double *)(void *)((char *)a + option->at)))
+        return error_set(err, CAU_ERROR_USAGE, "%s: \"%s\" is not a finite number", option->name, value);
+    if (option->kind == STOPS) return CAU_OK;
     if (option->kind == MEMORY) return read_memory(a, value, err);
     if (!value[0]) return error_set(err, CAU_ERROR_USAGE, "%s needs a value, not an empty one", option->name);
     if (strcmp(value, "-") == 0)
@@ -220,7 +227,8 @@ static cau_result read_option(Arguments *a, int left, char **words, int *used, C
             option = &options[i];
     *used = 1;
     if (!option) return unknown_option(word, err);
-    if (option->at != offsetof(Arguments, quiet) && option->at != offsetof(Arguments, output))
+    if (option->at != offsetof(Arguments, quiet) && option->at != offsetof(Arguments, output) &&
+        option->at != offsetof(Arguments, json))
         a->any_option = true;
     if (option->kind == FLAG || option->kind == SWITCH) {
         if (equals) return error_set(err, CAU_ERROR_USAGE, "%s takes no value", option->name);

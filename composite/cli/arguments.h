@@ -21,7 +21,7 @@ typedef struct Arguments {
     size_t holdout_name_count;
     const char *output, *frames, *report;
     const char *from_nuke, *from_blender, *to_scene;
-    bool quiet, help, version, resume;
+    bool quiet, help, version, resume, json;
     bool any_option; /**< any that changes what a command does */
 } Arguments;
 

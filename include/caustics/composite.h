@@ -51,12 +51,12 @@ typedef struct cau_merge_options {
     const char *recipe; /**< JSON file; `lights` wins over it */
     const char *pass;   /**< what is added to; default: Combined, or plain R,G,B */
     const char *albedo; /**< Diffuse Color pass: add pass x irradiance / pi + what is seen through glass */
-    const char *ocio;   /**< colour configuration, or "builtin"; default $OCIO, then built-in */
+    const char *ocio;   /**< colour configuration, "builtin", or "blender"; default $OCIO, then built-in */
     const char *beauty_space;   /**< default: what the beauty says of itself */
     const char *caustics_space; /**< default: what the caustics say of themselves */
     const char *tint_space;     /**< default: the beauty's */
     const char *compression;    /**< "none", "zip", ...; default: the beauty's, ZIP when that is lossy */
-    const char *preview;        /**< PNG file */
+    const char *preview;        /**< PNG or JPEG file */
     const char *display, *view; /**< of the preview; default: the configuration's */
     int allow_incomplete;       /**< accept caustics whose render was stopped */
     int has_offset;             /**< the beauty was cropped and lost its place: */
@@ -64,6 +64,9 @@ typedef struct cau_merge_options {
     void *user;                 /**< given to the callbacks */
     void (*notice)(void *user, const char *sentence); /**< what the user should know, though it is no error */
     int (*cancelled)(void *user); /**< nonzero: stop, leave the old output, return CAU_ERROR_CANCELLED */
+    const char *look;             /**< of the preview; default: none but the view's */
+    double preview_ev;            /**< exposure of the preview, in stops */
+    const char *contact_sheet;    /**< PNG or JPEG file: before, each light, their sum, after */
     const char *write_recipe;     /**< JSON file: what was applied, as a recipe */
     int into_groups;              /**< each light also into the pass Combined_NAME of its light group */
     int into_diffuse; /**< all also into the direct diffuse pass, divided by the diffuse colour as Cycles does
@@ -104,7 +107,7 @@ typedef struct cau_merge_frames {
 CAU_API cau_result cau_merge_add_frames(
     cau_merge *merge, const cau_merge_options *options, const cau_merge_frames *frames);
 
-/** Shows layer `pass` of options->beauty (any EXR file) as options->preview, a PNG. Of a caustics file,
+/** Shows layer `pass` of options->beauty (any EXR file) as options->preview. Of a caustics file,
  * without `pass`, the sum in its first part. */
 CAU_API cau_result cau_merge_preview(cau_merge *merge, const cau_merge_options *options);
 
@@ -133,6 +136,22 @@ CAU_API cau_result cau_merge_recipe(cau_merge *merge, cau_merge_source source, c
 /** Says what a file holds, line by line. */
 CAU_API cau_result cau_merge_list(
     cau_merge *merge, const char *file, void (*line)(void *user, const char *text), void *user);
+
+/** The same as a JSON object, with the plan and the errors of the render; `text` is called once. */
+CAU_API cau_result cau_merge_list_json(
+    cau_merge *merge, const char *file, void (*text)(void *user, const char *text), void *user);
+
+/** Says in what two files differ - parts, channels, attributes, pixels bit for bit - line by line;
+ * CAU_ERROR_INPUT when in anything. Channels are matched by name, whatever part they are in. */
+CAU_API cau_result cau_merge_diff(
+    cau_merge *merge, const char *a, const char *b, void (*line)(void *user, const char *text), void *user);
+
+/** Joins renders of one scene made with different seeds, or as shards, into options->output: the mean of each
+ * layer, weighted by photons; errors are combined, biases averaged. Refuses what does not belong together and
+ * names the difference. Of the options `output`, `compression`, `allow_incomplete`, `threads`, `memory_bytes`
+ * and the callbacks count. */
+CAU_API cau_result cau_merge_shards(
+    cau_merge *merge, const char *const *files, size_t count, const cau_merge_options *options);
 
 /** Reads every pixel of a file and says what is wrong with it, line by line; CAU_ERROR_INPUT when anything
  * is. */

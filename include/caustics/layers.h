@@ -23,8 +23,14 @@ extern "C" {
 #define CAU_SUFFIX_BIAS "_bias"
 
 /** Header attributes, all in the first part. */
-#define CAU_ATTRIBUTE_LAYERS "caustics/layers"             /**< string: JSON list of {layer, light, kind} */
-#define CAU_ATTRIBUTE_COMPLETE "caustics/complete"         /**< int: 1, or 0 for a render that was stopped */
+#define CAU_ATTRIBUTE_LAYERS "caustics/layers"     /**< string: JSON list of {layer, light, kind} */
+#define CAU_ATTRIBUTE_COMPLETE "caustics/complete" /**< int: 1, or 0 for a render that was stopped */
+#define CAU_ATTRIBUTE_SCENE_HASH "caustics/scene_hash"
+#define CAU_ATTRIBUTE_SEED "caustics/seed" /**< string: a number; several, with commas, of joined shards */
+#define CAU_ATTRIBUTE_PHOTONS "caustics/photons"           /**< string: a number */
+#define CAU_ATTRIBUTE_SHARD "caustics/shard"               /**< string: "2/8" */
+#define CAU_ATTRIBUTE_PLAN "caustics/plan"                 /**< string: what was computed how */
+#define CAU_ATTRIBUTE_ERROR "caustics/error"               /**< string: JSON, relative errors of each light */
 #define CAU_ATTRIBUTE_REPAIRED_NAN "caustics/repaired_nan" /**< int: NaN and Inf values that became 0 */
 #define CAU_ATTRIBUTE_CLAMPED "caustics/clamped" /**< int: values cut to the largest of their type */
 #define CAU_ATTRIBUTE_MERGE "caustics/merge"     /**< string: JSON, what `caustic-merge add` did */

@@ -234,8 +234,6 @@ class Refusals(Case):
         self.refused("add", path, "-", *out, says="./-", expect=2)
         self.refused("add", path, *out, says="two files", expect=2)
         self.refused("ad", path, says="did you mean add", expect=2)
-        for command in ("shards",):
-            self.refused(command, path, says="not yet supported", expect=1)
 
     def test_incomplete(self):
         path, _ = self.beauty()

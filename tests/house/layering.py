@@ -35,6 +35,7 @@ FOREIGN = {
     r"assimp/": r"render/scene/io/.*",
     r"jansson\.h": r"(image|composite|render/scene/io|render/scene/reference|render/layers)/.*",
     r"png\.h": r"composite/png\.c",
+    r"jpeglib\.h": r"composite/jpeg\.c",
     r"pthread\.h": r"(core/.*|render/render_internal\.h)",
 }
 

@@ -16,7 +16,7 @@ SYSTEM = r"lib(c|m|pthread|gcc_s|stdc\+\+)\.so.*|ld-linux.*|lib(asan|ubsan|tsan)
 NEEDS = {
     "caustics": r"libembree[34]\.so.*",
     "caustics-io": r"libcaustics\.so\.0|lib(OpenEXR|OpenEXRCore|Imath|Iex|IlmThread)-.*|libjansson.*|libassimp.*|libdeflate.*",
-    "caustics-composite": r"lib(OpenEXR|OpenEXRCore|Imath|Iex|IlmThread)-.*|libjansson.*|libOpenColorIO.*|libpng.*|libdeflate.*",
+    "caustics-composite": r"lib(OpenEXR|OpenEXRCore|Imath|Iex|IlmThread)-.*|libjansson.*|libOpenColorIO.*|libpng.*|libjpeg.*|libdeflate.*",
 }
 problems = []
 
