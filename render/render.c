@@ -78,6 +78,7 @@ static cau_result render_prepare(cau_render *r, CauError *err) {
     CAU_TRY(trace_create(&r->trace, &r->scene, err));
     CAU_TRY(aim_create(&r->casters, &r->scene, AIM_CASTERS, err));
     CAU_TRY(aim_create(&r->surfaces, &r->scene, AIM_SURFACES, err));
+    if (r->options.estimator != CAU_ESTIMATOR_R) CAU_TRY(bent_create(&r->bent, &r->scene, err));
     filter_prepare(&r->filter, r->scene.camera.filter, r->scene.camera.filter_width);
     set_budget(r);
     return make_groups(r, err);
@@ -144,6 +145,7 @@ void cau_render_destroy(cau_render **render) {
     plan_free(&r->plan);
     aim_free(&r->casters);
     aim_free(&r->surfaces);
+    bent_free(&r->bent);
     trace_destroy(&r->trace);
     tasks_destroy(&r->pool);
     scene_free(&r->scene);

@@ -15,6 +15,9 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
+/** Photons that start at bent normals per photon of a lamp. */
+#define RENDER_BENT_SHARE 0.25
+
 /** One layer group: the lights that share a layer name. */
 typedef struct RenderGroup {
     const char *name;
@@ -22,7 +25,8 @@ typedef struct RenderGroup {
     Film films[2];                            /**< [0] direct, [1] indirect; radiance */
     Film seen[1], irradiance[1], coverage[1]; /**< direct only, when asked for */
     double radius_scale[2];                   /**< of the kernels, from the density that the first pass met */
-    FluxAccount accounts[2];                  /**< sums over passes, see photons.h */
+    FluxAccount accounts[2],
+        bent[2]; /**< sums over passes, see photons.h; photons of lamps, of bent normals */
 } RenderGroup;
 
 struct cau_render {
@@ -34,6 +38,7 @@ struct cau_render {
     TaskPool *pool;
     PixelFilter filter;
     Aim casters, surfaces;
+    BentSet bent;
     Plan plan;
     bool planned;
     int region[4];
@@ -65,6 +70,13 @@ cau_result render_probe(cau_render *r, CauError *err);
 
 /** Renders passes until a limit is met or it is cancelled. */
 cau_result render_passes(cau_render *r, CauError *err);
+
+/** How many photons start at bent normals beside `photons` from the lamp. */
+static inline uint32_t render_bent_photons(
+    const cau_render *r, const Light *light, int indirect, uint32_t photons) {
+    bool found = !light->delta || indirect || r->bent.rough;
+    return r->bent.mirrors && found ? (uint32_t)(photons * RENDER_BENT_SHARE) : 0;
+}
 
 /** Seconds of a steady clock. */
 double render_clock_s(void);

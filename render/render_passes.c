@@ -66,6 +66,9 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
         .physical = r->options.physical_radiance,
         .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->passes + (uint64_t)kind),
         .photons = r->photons_per_pass,
+        .bent = r->bent.objects ? &r->bent : NULL,
+        .bent_photons = render_bent_photons(r, l, kind, r->photons_per_pass),
+        .bent_account = &group->bent[kind],
         .cancel = &r->cancel};
     CAU_TRY(photons_trace(&run, r->pool, &s->deposits, &group->accounts[kind], err));
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));

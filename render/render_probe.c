@@ -87,6 +87,7 @@ static cau_result probe_layer(Probe *p, const GatherRun *gather, size_t light, P
     const Light *l = &p->scene.lights[light];
     uint64_t key =
         rng_combine(rng_combine(p->key, l->stream), 2 * (uint64_t)pass + (owner == OWNER_INDIRECT));
+    FluxAccount account = {0}, bent_account = {0};
     PhotonRun run = {.scene = &p->scene,
         .trace = r->trace,
         .light = l,
@@ -97,8 +98,10 @@ static cau_result probe_layer(Probe *p, const GatherRun *gather, size_t light, P
         .key = key,
         .physical = r->options.physical_radiance,
         .photons = PROBE_PHOTONS,
+        .bent = r->bent.objects ? &r->bent : NULL,
+        .bent_photons = render_bent_photons(r, l, owner == OWNER_INDIRECT, PROBE_PHOTONS),
+        .bent_account = &bent_account,
         .cancel = &r->cancel};
-    FluxAccount account = {0};
     CAU_TRY(photons_trace(&run, r->pool, &p->deposits, &account, err));
     CAU_TRY(photon_tree_build(&p->tree, p->deposits.items, p->deposits.count, err));
     PassImages out = {.radiance = p->image, .found = p->found};

@@ -122,6 +122,7 @@ static cau_flux flux_in_watts(const cau_render *r, const FluxAccount *a) {
         .escaped = rgb_mean(a->escaped) * s,
         .cut = rgb_mean(a->cut) * s,
         .dropped = rgb_mean(a->dropped) * s,
+        .bent = rgb_mean(a->bent) * s,
         .photons = a->photons,
         .rays = a->rays,
         .deposits = a->deposits,
@@ -142,7 +143,9 @@ cau_light_report cau_render_light(const cau_render *r, size_t index) {
     const RenderGroup *g = &r->groups[index];
     cau_light_report report = {.light = g->name,
         .direct = flux_in_watts(r, &g->accounts[0]),
-        .indirect = flux_in_watts(r, &g->accounts[1])};
+        .indirect = flux_in_watts(r, &g->accounts[1]),
+        .direct_bent = flux_in_watts(r, &g->bent[0]),
+        .indirect_bent = flux_in_watts(r, &g->bent[1])};
     film_report(&g->films[0], &report.relative_error_direct, &report.mean_direct);
     film_report(&g->films[1], &report.relative_error_indirect, &report.mean_indirect);
     return report;

@@ -97,6 +97,7 @@ CAU_API cau_result cau_render_pixels(const cau_render *render, size_t index, flo
 /** Where one light's flux went, in watts (W; world and sun: as far as it was aimed at the targets). */
 typedef struct cau_flux {
     double emitted, landed, straight, absorbed, escaped, cut, dropped;
+    double bent; /**< handed over to photons that start at bent normals, see direct_bent */
     uint64_t photons, rays, deposits, non_finite;
 } cau_flux;
 
@@ -104,9 +105,10 @@ typedef struct cau_flux {
 typedef struct cau_light_report {
     const char *light;
     double relative_error_direct,
-        relative_error_indirect;       /**< standard error, RMS over RMS; < 0: not rendered */
-    double mean_direct, mean_indirect; /**< mean of the pixels' channels */
-    cau_flux direct, indirect;
+        relative_error_indirect;         /**< standard error, RMS over RMS; < 0: not rendered */
+    double mean_direct, mean_indirect;   /**< mean of the pixels' channels */
+    cau_flux direct, indirect;           /**< of photons that start at the lamp */
+    cau_flux direct_bent, indirect_bent; /**< of those that start where Cycles bends a normal; 0: none do */
 } cau_light_report;
 CAU_API size_t cau_render_light_count(const cau_render *render);
 CAU_API cau_light_report cau_render_light(const cau_render *render, size_t index);

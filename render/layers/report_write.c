@@ -10,17 +10,22 @@
 #include <sys/resource.h>
 
 static json_t *flux_json(const cau_flux *f) {
-    return json_pack("{s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:I, s:I, s:I, s:I}", "emitted_w", f->emitted,
+    return json_pack("{s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:I, s:I, s:I, s:I}", "emitted_w", f->emitted,
         "landed_w", f->landed, "straight_w", f->straight, "absorbed_w", f->absorbed, "escaped_w", f->escaped,
-        "cut_w", f->cut, "dropped_w", f->dropped, "photons", (json_int_t)f->photons, "rays",
-        (json_int_t)f->rays, "deposits", (json_int_t)f->deposits, "non_finite", (json_int_t)f->non_finite);
+        "cut_w", f->cut, "bent_w", f->bent, "dropped_w", f->dropped, "photons", (json_int_t)f->photons,
+        "rays", (json_int_t)f->rays, "deposits", (json_int_t)f->deposits, "non_finite",
+        (json_int_t)f->non_finite);
 }
 
 static json_t *light_json(const cau_light_report *r) {
-    return json_pack("{s:s, s:f, s:f, s:f, s:f, s:o, s:o}", "light", r->light, "error_direct",
+    json_t *all = json_pack("{s:s, s:f, s:f, s:f, s:f, s:o, s:o}", "light", r->light, "error_direct",
         r->relative_error_direct, "error_indirect", r->relative_error_indirect, "mean_direct", r->mean_direct,
         "mean_indirect", r->mean_indirect, "flux_direct", flux_json(&r->direct), "flux_indirect",
         flux_json(&r->indirect));
+    if (!r->direct_bent.photons && !r->indirect_bent.photons) return all;
+    json_object_set_new(all, "flux_direct_bent", flux_json(&r->direct_bent));
+    json_object_set_new(all, "flux_indirect_bent", flux_json(&r->indirect_bent));
+    return all;
 }
 
 cau_result cau_render_write_report(cau_render *render, cau_scene *scene, const char *path) {

@@ -267,6 +267,30 @@ static struct RTCRay rtc_ray(const Ray *ray) {
 
 static V3 absolute(V3 p, double s) { return v3(fabs(s * p.x), fabs(s * p.y), fabs(s * p.z)); }
 
+/* The surface at barycentrics v, w. */
+static void triangle_point(const Mesh *m, uint32_t primitive, double v, double w, Hit *hit) {
+    const uint32_t *index = &m->triangles[3 * (size_t)primitive];
+    V3 a = vertex(m, index[0]), b = vertex(m, index[1]), c = vertex(m, index[2]);
+    V3 n = v3_cross(v3_sub(b, a), v3_sub(c, a));
+    double u = 1 - v - w;
+    hit->primitive = primitive;
+    hit->position = v3_add(v3_scale(a, u), v3_add(v3_scale(b, v), v3_scale(c, w)));
+    hit->ng = v3_scale(n, 1 / v3_length(n));
+    hit->error = v3_scale(v3_add(absolute(a, u), v3_add(absolute(b, v), absolute(c, w))), ERROR_GAMMA);
+    hit->error = v3_add(hit->error, v3(ERROR_ABSOLUTE, ERROR_ABSOLUTE, ERROR_ABSOLUTE));
+    hit->slack = 0;
+    hit->ns = hit->ng;
+    if (m->normals) {
+        const float *k = &m->normals[9 * (size_t)primitive];
+        V3 ns = v3(u * (double)k[0] + v * (double)k[3] + w * (double)k[6],
+            u * (double)k[1] + v * (double)k[4] + w * (double)k[7],
+            u * (double)k[2] + v * (double)k[5] + w * (double)k[8]);
+        double length = v3_length(ns);
+        if (length > 1e-6) hit->ns = v3_scale(ns, 1 / length);
+        if (v3_dot(hit->ns, hit->ng) <= 0) hit->ns = hit->ng;
+    }
+}
+
 /* The hit of the true line with the triangle that Embree found: plane and barycentrics in double. */
 static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t primitive, Hit *hit) {
     const uint32_t *index = &m->triangles[3 * (size_t)primitive];
@@ -283,29 +307,12 @@ static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t
     }
     V3 p = v3_mad(ray->origin, t, ray->dir), ap = v3_sub(p, a);
     double nn = v3_dot(n, n), v = v3_dot(v3_cross(ap, ac), n) / nn, w = v3_dot(v3_cross(ab, ap), n) / nn;
-    double v_inside = clamp(v, 0, 1), w_inside = clamp(w, 0, 1 - v_inside), u = 1 - v_inside - w_inside;
+    double v_inside = clamp(v, 0, 1), w_inside = clamp(w, 0, 1 - v_inside);
+    triangle_point(m, primitive, v_inside, w_inside, hit);
     /* Embree's single-precision ray met this triangle, the true line meets its plane beside it: near a convex
      * edge that point is off the body, so the nearest one on the triangle is taken. */
-    if (v_inside != v || w_inside != w)
-        p = v3_add(v3_scale(a, u), v3_add(v3_scale(b, v_inside), v3_scale(c, w_inside)));
-    v = v_inside;
-    w = w_inside;
+    if (v_inside == v && w_inside == w) hit->position = p;
     hit->t = t;
-    hit->position = p;
-    hit->ng = v3_scale(n, 1 / sqrt(nn));
-    hit->error = v3_scale(v3_add(absolute(a, u), v3_add(absolute(b, v), absolute(c, w))), ERROR_GAMMA);
-    hit->error = v3_add(hit->error, v3(ERROR_ABSOLUTE, ERROR_ABSOLUTE, ERROR_ABSOLUTE));
-    hit->slack = 0;
-    hit->ns = hit->ng;
-    if (m->normals) {
-        const float *k = &m->normals[9 * (size_t)primitive];
-        V3 ns = v3(u * (double)k[0] + v * (double)k[3] + w * (double)k[6],
-            u * (double)k[1] + v * (double)k[4] + w * (double)k[7],
-            u * (double)k[2] + v * (double)k[5] + w * (double)k[8]);
-        double length = v3_length(ns);
-        if (length > 1e-6) hit->ns = v3_scale(ns, 1 / length);
-        if (v3_dot(hit->ns, hit->ng) <= 0) hit->ns = hit->ng;
-    }
 }
 
 static void exact_surface_hit(const Object *o, const ExactQuery *q, Hit *hit) {
@@ -358,6 +365,14 @@ static bool nearest(const TraceScene *s, const Ray *ray, Hit *hit) {
     else
         triangle_hit(&o->mesh, ray, (double)rayhit.ray.tfar, rayhit.hit.primID, hit);
     return true;
+}
+
+void trace_triangle_point(const TraceScene *s, int object, uint32_t primitive, double v, double w, Hit *hit) {
+    const Object *o = &s->scene->objects[object];
+    triangle_point(&o->mesh, primitive, v, w, hit);
+    hit->t = 0;
+    hit->object = object;
+    hit->material = &s->scene->materials[o->material];
 }
 
 enum { PASSES_MAX = 4096 };

@@ -38,6 +38,11 @@ typedef struct Hit {
 /** The nearest hit, or false. */
 bool trace_nearest(const TraceScene *scene, const Ray *ray, Hit *hit);
 
+/** The point of a mesh's triangle at barycentrics v, w (of its second and third corner), as if a ray had hit
+ * it. */
+void trace_triangle_point(
+    const TraceScene *scene, int object, uint32_t primitive, double v, double w, Hit *hit);
+
 /** Fraction of light that gets along the ray: 0 where something opaque is in between, else the product of the
  *  transparent materials' colours. */
 Rgb trace_transmittance(const TraceScene *scene, const Ray *ray);

@@ -5,13 +5,28 @@
  * the surface (ensure_valid_reflection() of Cycles 3.4; checked by measurement: without it the glass of scene
  * d is 15 standard errors off in places). */
 #define MIRROR_HEIGHT 0.01
+/* ... but never higher than this share of wi's own height. */
+#define MIRROR_SHARE 0.9
+
+bool normal_bends(V3 ng, V3 ns, V3 wi) {
+    double z = v3_dot(wi, ng);
+    return 2 * v3_dot(ns, wi) * v3_dot(ns, ng) - z < fmin(MIRROR_SHARE * z, MIRROR_HEIGHT);
+}
+
+/* With b the elevation in that plane, the mirror direction's height is r sin(b - 2 tilt) and that of wi r sin
+ * b. */
+double bend_elevation(double tilt, double r) {
+    double below_share = atan2(sin(2 * tilt), cos(2 * tilt) - MIRROR_SHARE);
+    double below_height = r > MIRROR_HEIGHT ? fmin(2 * tilt + asin(MIRROR_HEIGHT / r), CAU_PI) : CAU_PI;
+    return fmin(below_share, below_height);
+}
 
 /* In the plane of ns and ng let t be the angle of the normal from ng, and (x, z) what wi has in that plane.
  * The mirror direction's height is x sin 2t + z cos 2t = A cos(2t - phi): the largest t that keeps it is
  * closed form. */
 static V3 shading_bend(V3 ng, V3 ns, V3 wi) {
-    double z = v3_dot(wi, ng), limit = fmin(0.9 * z, MIRROR_HEIGHT);
-    if (2 * v3_dot(ns, wi) * v3_dot(ns, ng) - z >= limit) return ns;
+    if (!normal_bends(ng, ns, wi)) return ns;
+    double z = v3_dot(wi, ng), limit = fmin(MIRROR_SHARE * z, MIRROR_HEIGHT);
     double cosine = clamp(v3_dot(ns, ng), -1, 1);
     V3 side = v3_mad(ns, -cosine, ng);
     double length = v3_length(side);

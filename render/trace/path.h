@@ -73,11 +73,24 @@ static inline bool bounces_allow(
  *  mirror wi into the surface it is bent towards the geometric one, as Cycles does (shading_bend() in
  * path.c). */
 ShadingFrame frame_from_hit(const Hit *hit, V3 wi);
-/** The same for light carried from the lamp, with the interpolated normal as it is: Cycles bends it by the
- * eye's direction, which a photon does not know yet, and all that it bends leaves at one height over the
- * surface, so that no photon could find it. On coarse smooth meshes photons are darker than Cycles by that
- * light. */
+/** Whether frame_from_hit() bends the normal ns for wi. ng and ns on wi's side. */
+bool normal_bends(V3 ng, V3 ns, V3 wi);
+/** Which directions bend a normal tilted by `tilt` (radians) from ng. Among those whose part in the plane of
+ * the two normals has length r: the ones that stand less than this angle (radians, 0 to pi) over the side
+ * away from ns. */
+double bend_elevation(double tilt, double r);
+/** The same with the interpolated normal as it is: for light carried from the lamp, which does not know yet
+ * from where it will be seen. See light_is_seen(). */
 ShadingFrame frame_from_light(const Hit *hit, V3 wi);
+
+/** Whether an eye path has the scattering that light from wi made towards wo in this frame. Not where wi lies
+ * behind the interpolated normal: seen from wo it would have left into the surface. */
+static inline bool light_is_seen(const ShadingFrame *f, V3 wi) { return v3_dot(wi, f->ns) > 0; }
+/** Whether, seen from wo, the normal would have been bent: such light is bent.h's. */
+static inline bool light_is_bent(const ShadingFrame *f, V3 wo) {
+    return v3_dot(wo, f->ng) >= 0 ? normal_bends(f->ng, f->ns, wo)
+                                  : normal_bends(v3_neg(f->ng), v3_neg(f->ns), wo);
+}
 
 /** Correction of interpolated normals for light carried from the lamp (Veach 1996, eq. 5.19): with it photons
  *  agree with a path tracer that uses |w.ns|. */

@@ -19,11 +19,13 @@ typedef struct PhotonBatch {
 typedef struct Flight {
     const PhotonRun *run;
     PhotonBatch *batch;
+    double photons; /* how many share the flux */
     PathNumbers numbers;
     Ray ray;
     Rgb flux;              /* uncorrected */
     double emitted;        /* largest channel when it left the lamp */
     double correction;     /* adjoint of the shading normals so far */
+    bool unseen;           /* left a lamp without extent by S: no eye path, and not bent.h, can find it */
     double eta;            /* product of n(after) / n(before) along the path */
     Chain chain, first;    /* all scatterings; the one next to the light */
     unsigned left_visible; /* which rays see the surface left last */
@@ -37,6 +39,7 @@ void flux_account_add(FluxAccount *sum, const FluxAccount *part) {
     sum->absorbed = rgb_add(sum->absorbed, part->absorbed);
     sum->escaped = rgb_add(sum->escaped, part->escaped);
     sum->cut = rgb_add(sum->cut, part->cut);
+    sum->bent = rgb_add(sum->bent, part->bent);
     sum->dropped = rgb_add(sum->dropped, part->dropped);
     sum->photons += part->photons;
     sum->rays += part->rays;
@@ -74,7 +77,7 @@ static uint8_t byte_count(unsigned n) { return (uint8_t)(n < 255 ? n : 255); }
 static void deposit(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi) {
     double ns = v3_dot(wi, frame->ns), ng = v3_dot(wi, frame->ng);
     if (ns <= 0 || ng <= 0) return;
-    double factor = f->correction * ns / ng / f->run->photons;
+    double factor = f->correction * ns / ng / f->photons;
     if (!f->run->physical) factor /= square(f->eta);
     Rgb e = rgb_scale(f->flux, factor);
     PhotonBatch *b = f->batch;
@@ -115,15 +118,17 @@ static bool within_limits(const Flight *f) {
         f->chain.glossy - f->first.glossy, f->chain.transmission - f->first.transmission);
 }
 
-static void advance(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, const ScatterSample *s) {
+static void advance(
+    Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, const ScatterSample *s, bool corrected) {
     unsigned seen_by = f->ray.visibility; /* straight through: still the same ray */
     if (s->lobe != LOBE_TRANSPARENT) {
         seen_by = VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION;
-        f->correction *= shading_adjoint(frame, wi, s->wo);
+        if (!corrected) f->correction *= shading_adjoint(frame, wi, s->wo);
         f->eta *= s->eta;
         bool is_first = f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
         chain_add_from_light(&f->chain, s->lobe, s->transmit);
         if (is_first) f->first = f->chain;
+        f->unseen |= is_first && f->run->light->delta && s->lobe == LOBE_SPECULAR;
         f->left_visible = f->run->scene->objects[hit->object].visibility;
     }
     f->ray = ray_from_hit(hit, s->wo, INFINITY, seen_by);
@@ -186,8 +191,71 @@ static bool scatter(
     bool drawn = lobes == LOBE_DIFFUSE && !f->chain.cast && bounce_towards_casters(f, hit, frame, wi, u, s);
     if (!drawn && !hit->material->kind->sample(hit->material, frame, wi, u, lobes, true, s)) return false;
     s->weight = rgb_scale(s->weight, 1 / choice);
-    bool seen = s->lobe == LOBE_TRANSPARENT || (f->left_visible & visibility_after(s->lobe, s->transmit));
-    return seen && rgb_finite(s->weight);
+    if (s->lobe == LOBE_TRANSPARENT) return rgb_finite(s->weight);
+    return (f->left_visible & visibility_after(s->lobe, s->transmit)) && light_is_seen(frame, wi) &&
+           rgb_finite(s->weight);
+}
+
+/* Light is scattered by a normal that the eye may see bent; not where no eye path finds the light. */
+static bool may_bend(const Flight *f, const Hit *hit, unsigned lobes) {
+    if (!f->run->bent || !f->run->bent->objects[hit->object].bends || !(lobes & LOBE_CASTING)) return false;
+    bool first = f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
+    return !f->unseen && !(first && f->run->light->delta && (lobes & LOBE_SPECULAR));
+}
+
+/* What was drawn by the normal as it is belongs to a bent one: bent_turn() or a photon that starts there has
+ * it. Glass that does not refract (eta 0) lets light through by any normal. */
+static bool leaves_bent(const Flight *f, const Hit *hit, const ShadingFrame *frame, const ScatterSample *s) {
+    return may_bend(f, hit, s->lobe) && light_is_bent(frame, s->wo) &&
+           !(s->transmit && f->run->bent->objects[hit->object].eta == 0);
+}
+
+static void fly(Flight *f);
+
+/* One of `count` photons that go on by the bent normal. */
+static void fly_bent(const Flight *from, const Hit *hit, const ShadingFrame *frame, V3 wi,
+    const BentTurn *turn, bool cross, const double u[4], double count) {
+    ScatterSample s;
+    if (!bent_turn(turn, hit, frame, wi, cross, u, &s) ||
+        !(from->left_visible & visibility_after(s.lobe, s.transmit)))
+        return;
+    Flight f = *from;
+    f.flux = rgb_scale(rgb_mul(from->flux, s.weight), 1 / count);
+    if (!rgb_finite(f.flux)) return;
+    FluxAccount *a = &f.batch->account;
+    a->bent = rgb_sub(a->bent, f.flux);
+    advance(&f, hit, frame, wi, &s, true);
+    if (!within_limits(&f)) {
+        tally(&a->cut, f.flux);
+        return;
+    }
+    f.depth++;
+    if (roulette(&f, rgb_max(f.flux) / f.emitted / ROULETTE_SHARE)) fly(&f);
+}
+
+/* As many photons as are called for, in the mean, share the light that a bent normal turns. Less light calls
+ * for fewer, so that they do not breed. */
+static void split_bent(
+    Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, const BentTurn *turn, bool cross) {
+    double wanted = (cross ? turn->cross : turn->reflect) * fmin(1, rgb_max(f->flux) / f->emitted);
+    if (!(wanted > 0)) return;
+    double count = ceil(wanted), chance = wanted / count;
+    for (double k = 0; k < count; k++) {
+        double u[4];
+        for (int i = 0; i < 4; i++) u[i] = rng_next(&f->numbers.rng);
+        if (rng_next(&f->numbers.rng) >= chance) continue;
+        Flight child = *f;
+        child.numbers = path_numbers(rng_combine(f->numbers.key, f->numbers.rng.counter), f->numbers.index);
+        u[0] = (k + u[0]) / count;
+        fly_bent(&child, hit, frame, wi, turn, cross, u, wanted);
+    }
+}
+
+static void turn_bent(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, unsigned lobes) {
+    if (!may_bend(f, hit, lobes)) return;
+    BentTurn turn = bent_prepare(f->run->bent, hit, frame, wi);
+    split_bent(f, hit, frame, wi, &turn, true);
+    split_bent(f, hit, frame, wi, &turn, false);
 }
 
 /* One surface. False: the photon's flight is over, and its flux is accounted for. */
@@ -202,6 +270,7 @@ static bool surface(Flight *f, const Hit *hit) {
     if (!f->run->scene->objects[hit->object].casts) lobes &= ~(unsigned)LOBE_CASTING;
     if (f->run->owner == OWNER_DIRECT) lobes &= ~(unsigned)LOBE_DIFFUSE;
     ScatterSample s;
+    turn_bent(f, hit, &frame, wi, lobes);
     bool goes_on = scatter(f, hit, &frame, wi, lobes, &s);
     Rgb on = goes_on ? rgb_mul(f->flux, s.weight) : rgb_grey(0), stays = rgb_sub(f->flux, on);
     if (f->run->owner == OWNER_INDIRECT) {
@@ -212,7 +281,11 @@ static bool surface(Flight *f, const Hit *hit) {
     }
     if (!goes_on || rgb_black(on)) return false;
     f->flux = on;
-    advance(f, hit, &frame, wi, &s);
+    if (leaves_bent(f, hit, &frame, &s)) {
+        tally(&a->bent, f->flux);
+        return false;
+    }
+    advance(f, hit, &frame, wi, &s, false);
     if (!within_limits(f)) {
         tally(&a->cut, f->flux);
         return false;
@@ -235,6 +308,57 @@ static void fly(Flight *f) {
     tally(&a->dropped, f->flux);
 }
 
+static void lamp_photon(const PhotonRun *run, PhotonBatch *b, uint32_t i) {
+    Photon p;
+    if (!emit_photon(run->light, &run->aim, i, run->key, &p) || !rgb_finite(p.flux)) return;
+    tally(&b->account.emitted, p.flux);
+    Flight f = {.run = run,
+        .batch = b,
+        .photons = run->photons,
+        .numbers = path_numbers(run->key, i),
+        .flux = p.flux,
+        .emitted = rgb_max(p.flux),
+        .correction = 1,
+        .eta = 1,
+        .left_visible = 31u,
+        .ray = ray_from_point(p.origin, p.dir, 0, INFINITY, VISIBLE_SHADOW)};
+    fly(&f);
+}
+
+/* Backwards an eye path, from there on a photon: no correction, no index yet. */
+static void bent_photon(const PhotonRun *run, PhotonBatch *b, uint32_t i) {
+    BentRun search = {.set = run->bent,
+        .scene = run->scene,
+        .trace = run->trace,
+        .light = run->light,
+        .diffuse = run->owner == OWNER_INDIRECT,
+        .physical = run->physical,
+        .key = rng_combine(run->key, 0x62656e74u)};
+    BentStart start;
+    if (!bent_start(&search, i, &start, &b->account.rays) || !rgb_finite(start.flux)) return;
+    tally(&b->account.emitted, start.flux);
+    Flight f = {.run = run,
+        .batch = b,
+        .photons = run->bent_photons,
+        .numbers = path_numbers(rng_combine(search.key, 2), i),
+        .flux = start.flux,
+        .emitted = rgb_max(start.flux),
+        .correction = 1,
+        .eta = 1,
+        .chain = start.chain,
+        .first = start.first,
+        .left_visible = run->scene->objects[start.hit.object].visibility,
+        .ray = ray_from_hit(
+            &start.hit, start.dir, INFINITY, VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION)};
+    if (within_limits(&f))
+        fly(&f);
+    else
+        tally(&b->account.cut, f.flux);
+}
+
+static size_t batches_of(uint32_t photons) { return (photons + (size_t)BATCH_SIZE - 1) / BATCH_SIZE; }
+
+/* First the lamp's batches, then those of bent normals. */
 static void trace_batch(void *data, size_t index, unsigned thread) {
     (void)thread;
     const PhotonRun *run = ((void **)data)[0];
@@ -242,37 +366,27 @@ static void trace_batch(void *data, size_t index, unsigned thread) {
     b->count = 0;
     b->account = (FluxAccount){0};
     if (run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed)) return;
+    bool bent = index >= batches_of(run->photons);
+    if (bent) index -= batches_of(run->photons);
     uint32_t first = (uint32_t)index * BATCH_SIZE, last = first + BATCH_SIZE;
-    if (last > run->photons) last = run->photons;
-    for (uint32_t i = first; i < last; i++) {
-        Photon p;
-        b->account.photons++;
-        if (!emit_photon(run->light, &run->aim, i, run->key, &p) || !rgb_finite(p.flux)) continue;
-        tally(&b->account.emitted, p.flux);
-        Flight f = {.run = run,
-            .batch = b,
-            .numbers = path_numbers(run->key, i),
-            .flux = p.flux,
-            .emitted = rgb_max(p.flux),
-            .correction = 1,
-            .eta = 1,
-            .left_visible = 31u,
-            .ray = ray_from_point(p.origin, p.dir, 0, INFINITY, VISIBLE_SHADOW)};
-        fly(&f);
-    }
+    uint32_t photons = bent ? run->bent_photons : run->photons;
+    if (last > photons) last = photons;
+    b->account.photons = last - first;
+    for (uint32_t i = first; i < last; i++) (bent ? bent_photon : lamp_photon)(run, b, i);
 }
 
 /* ---- joining ---- */
 
 static FluxAccount per_photon(FluxAccount a, double photons) {
     double s = 1 / photons;
-    Rgb *parts[] = {&a.emitted, &a.landed, &a.straight, &a.absorbed, &a.escaped, &a.cut, &a.dropped};
+    Rgb *parts[] = {&a.emitted, &a.landed, &a.straight, &a.absorbed, &a.escaped, &a.cut, &a.bent, &a.dropped};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) *parts[i] = rgb_scale(*parts[i], s);
     return a;
 }
 
 static cau_result join(const PhotonRun *run, DepositList *out, FluxAccount *account, CauError *err) {
-    FluxAccount sum = {0};
+    FluxAccount sum[2] = {0};
+    size_t lamp_batches = batches_of(run->photons);
     out->count = 0;
     for (size_t i = 0; i < out->batch_count; i++) {
         PhotonBatch *b = &out->batches[i];
@@ -282,16 +396,19 @@ static cau_result join(const PhotonRun *run, DepositList *out, FluxAccount *acco
                 "out of memory for %zu photon deposits; use fewer photons per pass", out->count + b->count);
         memcpy(out->items + out->count, b->items, b->count * sizeof *b->items);
         out->count += b->count;
-        flux_account_add(&sum, &b->account);
+        flux_account_add(&sum[i >= lamp_batches], &b->account);
     }
-    sum = per_photon(sum, run->photons);
-    flux_account_add(account, &sum);
+    sum[0] = per_photon(sum[0], run->photons);
+    flux_account_add(account, &sum[0]);
+    if (!run->bent_photons) return CAU_OK;
+    sum[1] = per_photon(sum[1], run->bent_photons);
+    flux_account_add(run->bent_account, &sum[1]);
     return CAU_OK;
 }
 
 cau_result photons_trace(
     const PhotonRun *run, TaskPool *pool, DepositList *out, FluxAccount *account, CauError *err) {
-    size_t batches = (run->photons + BATCH_SIZE - 1) / BATCH_SIZE;
+    size_t batches = batches_of(run->photons) + batches_of(run->bent_photons);
     if (batches > out->batch_count) {
         PhotonBatch *grown = realloc(out->batches, batches * sizeof *grown);
         if (!grown)

@@ -10,7 +10,7 @@
 
 #include "core/tasks.h"
 #include "render/emit/emit.h"
-#include "render/trace/path.h"
+#include "render/trace/bent.h"
 
 #include <stdatomic.h>
 
@@ -26,15 +26,16 @@ typedef struct Deposit {
 
 /** Where the emitted flux went; scene flux units, uncorrected. emitted = landed + straight + absorbed +
  * escaped
- *  + cut + dropped. In an indirect run light goes on after a receiver: `landed` is then what arrived at
- *  receivers as indirect caustic light and is not part of the sum. */
+ *  + cut + bent + dropped. In an indirect run light goes on after a receiver: `landed` is then what arrived
+ * at receivers as indirect caustic light and is not part of the sum. */
 typedef struct FluxAccount {
-    Rgb emitted;  /**< left the light towards the targets */
+    Rgb emitted;  /**< left the light towards the targets, or a bent normal: see bent.h */
     Rgb landed;   /**< fell on receivers as caustic light */
     Rgb straight; /**< fell on receivers without S or G before: Cycles has it */
     Rgb absorbed; /**< taken by surfaces */
     Rgb escaped;  /**< left the scene */
     Rgb cut;      /**< ended by the scene's own bounce limits */
+    Rgb bent;     /**< would be seen by a bent normal: bent.h has these paths */
     Rgb dropped;  /**< lost by us: depth cap, and the balance of the roulette */
     uint64_t photons, rays, deposits;
     uint64_t non_finite; /**< deposits refused because a value was NaN or Inf */
@@ -47,11 +48,14 @@ typedef struct PhotonRun {
     const TraceScene *trace;
     const Light *light;
     AimMix aim;
-    const Aim *casters; /**< where light goes from a diffuse surface before it has met S or G */
-    PathOwner owner;    /**< OWNER_DIRECT or OWNER_INDIRECT: which deposits are kept */
-    bool physical;      /**< true: radiance scales with n^2 as in nature; false: as Cycles does */
-    uint64_t key;       /**< random stream of this run */
-    uint32_t photons;   /**< how many are emitted */
+    const Aim *casters;        /**< where light goes from a diffuse surface before it has met S or G */
+    PathOwner owner;           /**< OWNER_DIRECT or OWNER_INDIRECT: which deposits are kept */
+    bool physical;             /**< true: radiance scales with n^2 as in nature; false: as Cycles does */
+    uint64_t key;              /**< random stream of this run */
+    uint32_t photons;          /**< how many are emitted */
+    const BentSet *bent;       /**< normals that bend; NULL: none do */
+    uint32_t bent_photons;     /**< how many photons start there besides; 0 with bent NULL */
+    FluxAccount *bent_account; /**< theirs; added to */
     const atomic_bool *cancel;
 } PhotonRun;
 

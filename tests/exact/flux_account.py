@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the light went: each light's account closes, little is dropped, and what landed is what the film shows.
 
-Direct: emitted = landed + straight + absorbed + escaped + cut + dropped. Indirect: light goes on after a receiver, so
+Direct: emitted = landed + straight + absorbed + escaped + cut + bent + dropped. Indirect: light goes on after a receiver, so
 landed and straight are no part of the sum."""
 import math
 import os
@@ -14,7 +14,7 @@ SCENES = ["a_ball_sun5", "b_ring", "c_water", "d_wineglass", "still_life", "aqua
 
 
 def account(check, name, flux, indirect):
-    parts = ["absorbed_w", "escaped_w", "cut_w", "dropped_w"] + ([] if indirect else ["landed_w", "straight_w"])
+    parts = ["absorbed_w", "escaped_w", "cut_w", "bent_w", "dropped_w"] + ([] if indirect else ["landed_w", "straight_w"])
     emitted, total = flux["emitted_w"], sum(flux[p] for p in parts)
     if emitted == 0:
         return
@@ -32,6 +32,9 @@ def bundled(check, photons):
         for light in r.report["lights"]:
             account(check, f"{name}/{light['light']}", light["flux_direct"], False)
             account(check, f"{name}/{light['light']}", light["flux_indirect"], True)
+            if "flux_direct_bent" in light:  # what starts at bent normals
+                account(check, f"{name}/{light['light']}, bent", light["flux_direct_bent"], False)
+                account(check, f"{name}/{light['light']}, bent", light["flux_indirect_bent"], True)
 
 
 def landed(check, photons):

@@ -22,5 +22,7 @@ caustics_script_test(peak_memory ${EXACT}/lights.py memory 1e6 4e6)
 if(CAUSTICS_OIIO_PYTHON)
   set_tests_properties(exact_answers_can_fail PROPERTIES WILL_FAIL TRUE)
 endif()
+# Coarse meshes with smooth normals: P's four ways through a bent normal against R.
+caustics_script_test(bent ${EXACT}/bent.py)
 caustics_script_test(kernels ${EXACT}/kernels.py)
 caustics_script_test(agreement ${EXACT}/agreement.py 1e5 6e5 --small --soft plastic_room b_ring)

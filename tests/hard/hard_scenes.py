@@ -96,7 +96,7 @@ def total_reflection(check):
                   [sun([math.sin(angle), 0, -math.cos(angle)])], materials={"out": {"type": "glass", "color": [1, 1, 1], "ior": 1 / 1.5}})
         r = run(s, "--photons", 30000, "--estimator", "P", "--effects", "direct", "--layers", "radiance")
         e, flux = r["caustics_Sun"], r.light()["flux_direct"]
-        total = sum(flux[k] for k in ("landed_w", "straight_w", "absorbed_w", "escaped_w", "cut_w", "dropped_w"))
+        total = sum(flux[k] for k in ("landed_w", "straight_w", "absorbed_w", "escaped_w", "cut_w", "bent_w", "dropped_w"))
         # Where the plan's probes saw nothing pass, nothing was emitted.
         gap = abs(total - flux["emitted_w"]) / max(flux["emitted_w"], 1e-30)
         ok = np.isfinite(e).all() and flux["non_finite"] == 0 and gap < 1e-9
