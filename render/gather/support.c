@@ -2,7 +2,7 @@
 #include "render/gather/support.h"
 
 /* Meshes so fine that a disk holds more triangles are looked at by rays alone. */
-enum { NEAR_MAX = 192, PROBES = 24 };
+enum { NEAR_MAX = 192, PROBES = 24, SLAB_HITS = 16 };
 
 /* Lift of visibility tests over the surface, in radii. */
 #define LIFT 0.02
@@ -159,14 +159,19 @@ bool support_sees(const TraceScene *trace, const EyePoint *point, const Support 
     return !trace_anything_between(trace, &ray);
 }
 
-/* The same by a ray along the normal, through the slab in which deposits count. */
+/* The same by a ray along the normal, through the slab in which deposits count and whatever else lies in it:
+ * what hides the place is support_sees()'s to say. */
 static bool above_sheet(
     const TraceScene *trace, const EyePoint *point, const Plane *plane, V3 place, double r) {
-    double height = SUPPORT_HEIGHT * r;
-    Ray ray = ray_from_point(v3_mad(place, height, plane->n), v3_neg(plane->n), 0, 2 * height, 0);
+    double left = 2 * SUPPORT_HEIGHT * r;
+    Ray ray = ray_from_point(v3_mad(place, left / 2, plane->n), v3_neg(plane->n), 0, left, 0);
     Hit hit;
-    return trace_nearest(trace, &ray, &hit) && hit.object == point->object &&
-           fabs(v3_dot(hit.ng, plane->n)) >= SUPPORT_COSINE;
+    for (int i = 0; i < SLAB_HITS && trace_nearest(trace, &ray, &hit); i++) {
+        if (hit.object == point->object && fabs(v3_dot(hit.ng, plane->n)) >= SUPPORT_COSINE) return true;
+        left -= hit.t;
+        ray = ray_from_hit(&hit, ray.dir, left, 0);
+    }
+    return false;
 }
 
 /* Probes spread like the kernel: a spiral of golden-angle steps, turned at random for each point. The
