@@ -58,7 +58,7 @@ static json_t *layers_json(const HostPlan *plan) {
 /* Of a sequence, the first file. */
 static json_t *path_json(const HostPath *path, const HostPlan *plan) {
     if (!path->path) return json_null();
-    char *frame = plan->has_frames ? host_frame_name(path->path, plan->first) : NULL;
+    char *frame = plan->has_frames ? frame_name(path->path, plan->first) : NULL;
     json_t *value = json_string(frame ? frame : path->path);
     free(frame);
     return value;

@@ -59,8 +59,6 @@ cau_result host_paths(HostPlan *plan, const char *file, const char *caustics, co
     const char *script, CauError *err);
 /** `recorded` as it can be opened from here: itself, or beside `file`; to be freed. */
 cau_result host_find_input(char **out, const char *recorded, const char *file, CauError *err);
-/** The file name of frame plan->first of a pattern; to be freed. NULL when there is no place for a number. */
-char *host_frame_name(const char *pattern, int frame);
 
 cau_result host_write_nuke(FILE *out, const HostPlan *plan, CauError *err);
 cau_result host_write_blender(FILE *out, const HostPlan *plan, CauError *err);

@@ -52,33 +52,6 @@ static bool find_frame(const char *path, int frame, size_t *begin, size_t *lengt
     return false;
 }
 
-static bool find_hashes(const char *path, size_t *begin, size_t *length) {
-    const char *hash = strrchr(path, '#'), *percent = strrchr(path, '%');
-    if (hash) {
-        while (hash > path && hash[-1] == '#') hash--;
-        *begin = (size_t)(hash - path);
-        *length = strspn(hash, "#");
-        return true;
-    }
-    if (!percent || !strchr(percent, 'd') || strspn(percent + 1, "0123456789") + 1 != strcspn(percent, "d"))
-        return false;
-    *begin = (size_t)(percent - path);
-    *length = strcspn(percent, "d") + 1;
-    return true;
-}
-
-char *host_frame_name(const char *pattern, int frame) {
-    size_t begin, length;
-    if (!find_hashes(pattern, &begin, &length)) return NULL;
-    int digits = pattern[begin] == '#' ? (int)length : atoi(pattern + begin + 1);
-    size_t room = strlen(pattern) + 64;
-    char *name = malloc(room);
-    if (name)
-        snprintf(name, room, "%.*s%0*d%s", (int)begin, pattern, digits < 20 ? digits : 20, frame,
-            pattern + begin + length);
-    return name;
-}
-
 cau_result host_find_input(char **out, const char *recorded, const char *file, CauError *err) {
     const char *slash = strrchr(file, '/');
     size_t folder = slash ? (size_t)(slash + 1 - file) : 0, room = folder + strlen(recorded) + 1;
@@ -127,7 +100,9 @@ static char *absolute(const char *path) {
 /* The frame's number becomes ####. */
 static char *as_pattern(char *path, int frame) {
     size_t begin, length;
-    if (!path || find_hashes(path, &begin, &length) || !find_frame(path, frame, &begin, &length)) return path;
+    char *has_place = path ? frame_name(path, frame) : NULL;
+    free(has_place);
+    if (!path || has_place || !find_frame(path, frame, &begin, &length)) return path;
     memset(path + begin, '#', length);
     return path;
 }

@@ -219,7 +219,7 @@ cau_result host_plan(
     if (frames) {
         out->first = frames[0];
         out->last = frames[1];
-        frame = host_frame_name(options->beauty, frames[0]);
+        frame = frame_name(options->beauty, frames[0]);
         if (!frame)
             return error_set(err, CAU_ERROR_USAGE, "--frames needs #### or %%04d in \"%s\"", options->beauty);
     }
