@@ -83,6 +83,10 @@ cau_result report(const char *doing, const char *path, CauError *err) {
     try {
         throw;
     } catch (const std::bad_alloc &) {
+        // The sizes that the library allocates when reading are those that the file claims.
+        if (strcmp(doing, "read") == 0)
+            return error_set(err, CAU_ERROR_INPUT,
+                "cannot read \"%s\": it asks for more memory than there is: the file is damaged", path);
         return error_set(err, CAU_ERROR_RESOURCE, "cannot %s \"%s\": out of memory", doing, path);
     } catch (const std::exception &e) {
         return error_set(err, CAU_ERROR_INPUT, "cannot %s \"%s\": %s", doing, path, e.what());

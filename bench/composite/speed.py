@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""CPU time and peak memory of one add, beside oiiotool and a bare OpenEXRCore read and write of the same file, in one run;
+then a sequence on one core and on two.
+
+usage: speed.py MERGE BARE_CORE FOLDER [--frames N]"""
+import argparse
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+import numpy as np
+import OpenImageIO as oiio
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests" / "composite"))
+import exrlib  # noqa: E402
+
+PASSES = ["Combined", "DiffDir", "DiffInd", "DiffCol", "GlossDir", "GlossInd", "GlossCol", "TransDir", "TransInd", "Emit", "Env", "Shadow"]
+
+
+def beauty(path, width, height, passes, noise):
+    """Half, ZIP, one part, as Blender 4 writes it: smooth shading with the noise of a render."""
+    random = np.random.default_rng(1)
+    y, x = np.mgrid[0:height, 0:width].astype("f4")
+    names, planes = [], []
+    for k, name in enumerate([f"{p}.{c}" for p in passes for c in "RGB"] + ["Combined.A", "AO.R", "AO.G", "AO.B"]):
+        smooth = .5 + .4 * np.sin(x / (200 + 17 * k)) * np.cos(y / (150 + 11 * k))
+        planes.append((smooth * (1 + noise * random.standard_normal((height, width), "f4"))).astype("f2"))
+        names.append("ViewLayer." + name)
+    spec = oiio.ImageSpec(width, height, len(names), oiio.HALF)
+    spec.channelnames = names
+    spec.attribute("compression", "zip")
+    spec.attribute("colorInteropID", "lin_rec709_scene")
+    out = oiio.ImageOutput.create(str(path))
+    out.open(str(path), spec)
+    out.write_image(np.stack(planes, 2))
+    out.close()
+    return names
+
+
+def caustics(path, width, height, lights):
+    """Float, ZIP, a part per light: bright webs on black, as lights through glass and water leave them."""
+    random = np.random.default_rng(2)
+    y, x = np.mgrid[0:height, 0:width].astype("f4")
+    layers = {}
+    for i, name in enumerate(lights):
+        web = np.maximum(0, np.sin(x / (300 + 40 * i) + i) * np.cos(y / (250 + 30 * i))) ** 2
+        layers[f"caustics_{name}"] = np.stack([web * (1 + .05 * random.standard_normal((height, width), "f4")) for _ in "RGB"], 2)
+    parts = [("rgb", {c: sum(layers.values())[:, :, i] for i, c in enumerate("RGB")}, {"colorInteropID": exrlib.string("lin_rec709_scene")})]
+    parts += [(n, {f"{n}.{c}": v[:, :, i] for i, c in enumerate("RGB")}, {}) for n, v in layers.items()]
+    exrlib.write(str(path), parts)
+
+
+def measure(words):
+    """(user + system seconds, peak MB, wall seconds)"""
+    start = time.monotonic()
+    process = subprocess.Popen([str(w) for w in words], stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    if status:
+        sys.exit(f"failed: {words}")
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, time.monotonic() - start
+
+
+def one_add(merge, bare, folder):
+    width, height = 3840, 2160
+    names = beauty(folder / "beauty.exr", width, height, PASSES, .02)
+    caustics(folder / "caustics.exr", width, height, ["key", "rim", "fill", "sun"])
+    b, c = folder / "beauty.exr", folder / "caustics.exr"
+    order = oiio.ImageInput.open(str(b)).spec().channelnames
+    total = {f"ViewLayer.Combined.{k}": k for k in "RGB"}
+    spread = ",".join(f"{n}={total.get(n, 0)}" for n in order)
+    runs = {
+        "caustic-merge, all threads": [merge, "add", b, c, "-o", folder / "out.exr"],
+        "caustic-merge, one thread": [merge, "add", b, c, "-o", folder / "out.exr", "--threads", "1"],
+        "oiiotool, one add of the sum": ["oiiotool", b, c, "--subimage", "0", "--ch", spread, "--add", "-d", "half", "-o", folder / "o.exr"],
+        "bare OpenEXRCore, read + write": [bare, b, folder / "core.exr"],
+    }
+    print(f"{width} x {height}, {len(names)} half channels, ZIP, {b.stat().st_size >> 20} MB; 4 float lights, {c.stat().st_size >> 20} MB; "
+          f"load {os.getloadavg()[0]:.1f}")
+    found = {}
+    for name, words in runs.items():
+        found[name] = min(measure(words) for _ in range(3))
+        cpu, memory, wall = found[name]
+        print(f"  {name:32} {cpu:6.2f} s CPU, {memory:6.0f} MB, {wall:6.2f} s")
+    ours, tool, core = (found[n] for n in ("caustic-merge, all threads", "oiiotool, one add of the sum", "bare OpenEXRCore, read + write"))
+    sizes = {n: (folder / n).stat().st_size >> 20 for n in ("out.exr", "o.exr", "core.exr")}
+    print(f"  written, MB: ours {sizes['out.exr']}, oiiotool {sizes['o.exr']}, bare {sizes['core.exr']}")
+    print(f"  to oiiotool: CPU {ours[0] / tool[0]:.2f} (goal 0.60), memory {ours[1] / tool[1]:.2f} (goal 0.25)")
+    print(f"  to bare OpenEXRCore: CPU {ours[0] / core[0]:.2f} (goal 1.00)")
+    for n in sizes:
+        (folder / n).unlink()
+
+
+def sequence(merge, folder, count):
+    width, height = 1920, 1080
+    beauty(folder / "b.exr", width, height, PASSES[:3], .02)
+    caustics(folder / "c.exr", width, height, ["key", "rim"])
+    for i in range(1, count + 1):
+        for name in "bc":
+            (folder / f"{name}.{i:04d}.exr").unlink(missing_ok=True)
+            (folder / f"{name}.{i:04d}.exr").symlink_to(folder / f"{name}.exr")
+    words = [merge, "add", folder / "b.####.exr", folder / "c.####.exr", "-o", folder / "o.####.exr", "--frames", f"1-{count}", "--quiet"]
+    walls = {}
+    for cores in (1, 2):
+        cpu, memory, walls[cores] = measure(["taskset", "-c", "0" if cores == 1 else "0,1", *words, "--threads", cores])
+        print(f"  {count} frames of {width} x {height} on {cores} core{'s' * (cores > 1)}: {walls[cores]:.1f} s, {cpu:.1f} s CPU, "
+              f"{memory:.0f} MB; load {os.getloadavg()[0]:.1f}")
+        for i in range(1, count + 1):
+            (folder / f"o.{i:04d}.exr").unlink()
+    print(f"  two cores against one: {walls[1] / walls[2]:.2f} times (goal 1.9)")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("merge")
+    parser.add_argument("bare")
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--frames", type=int, default=240)
+    a = parser.parse_args()
+    a.folder.mkdir(parents=True, exist_ok=True)
+    a.folder = a.folder.resolve()
+    one_add(a.merge, a.bare, a.folder)
+    if a.frames:
+        sequence(a.merge, a.folder, a.frames)
+
+
+if __name__ == "__main__":
+    main()
