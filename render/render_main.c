@@ -39,8 +39,23 @@ static void format_seconds(char *out, size_t size, double s) {
         snprintf(out, size, "%.0f min %02d s", (double)(long)(s / 60), (int)((long)s % 60));
 }
 
+/* For a host that shows its own bar; null: not known yet. */
+static void print_progress(const cau_progress *p) {
+    char error[32] = "null", left[32] = "null";
+    if (p->error >= 0) snprintf(error, sizeof error, "%.6g", p->error);
+    if (p->remaining_s >= 0) snprintf(left, sizeof left, "%.3f", p->remaining_s);
+    fprintf(stderr,
+        "{\"stage\": \"%s\", \"photons_per_light\": %" PRIu64
+        ", \"error\": %s, \"elapsed_s\": %.3f, \"remaining_s\": %s}\n",
+        p->stage, p->photons_per_light, error, p->elapsed_s, left);
+}
+
 static void show_progress(void *data, const cau_progress *p) {
     const RenderArguments *a = data;
+    if (a->progress) {
+        print_progress(p);
+        return;
+    }
     if (a->quiet) return;
     char left[32], error[32];
     format_seconds(left, sizeof left, p->remaining_s);

@@ -11,7 +11,7 @@
 typedef struct RenderArguments {
     const char *scene, *output, *report;
     cau_render_options options;
-    bool half, interleave, crop, explain, quiet;
+    bool half, interleave, crop, explain, quiet, progress;
 } RenderArguments;
 
 /** Parses the command line. Returns -1 to go on, or the exit code (after --help, --version or a usage error,

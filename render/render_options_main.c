@@ -38,6 +38,7 @@ static const char help_text[] =
     "  --physical             scale radiance by n^2 as in nature, not as Cycles\n"
     "  --explain              print the plan; without -o render nothing\n"
     "  --report FILE.json     figures: error, flux, seconds, memory\n"
+    "  --progress             a line of JSON on standard error four times a second\n"
     "  --quiet, --version, --help\n"
     "\n"
     "exit codes: 0 done, 1 bad input, 2 usage, 3 cancelled (what exists is in\n"
@@ -236,6 +237,8 @@ static int parse_flag(const char *option, RenderArguments *a) {
         a->explain = true;
     else if (strcmp(option, "--quiet") == 0)
         a->quiet = true;
+    else if (strcmp(option, "--progress") == 0)
+        a->progress = true;
     else if (strcmp(option, "--physical") == 0)
         a->options.physical_radiance = 1;
     else
@@ -252,7 +255,8 @@ static int unknown_option(const char *option) {
         }
     static const char *const known[] = {"-o", "--photons", "--time", "--error", "--seed", "--threads",
         "--resolution", "--region", "--estimator", "--effects", "--layers", "--type", "--interleave",
-        "--crop", "--memory", "--physical", "--explain", "--report", "--quiet", "--version", "--help"};
+        "--crop", "--memory", "--physical", "--explain", "--report", "--progress", "--quiet", "--version",
+        "--help"};
     fprintf(stderr, "caustic-render: unknown option \"%s\"; did you mean \"%s\"?\n", option,
         known[nearest_name(option, known, sizeof known / sizeof *known)]);
     return EXIT_USAGE;

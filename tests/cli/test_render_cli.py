@@ -109,6 +109,14 @@ class Cli(unittest.TestCase):
         self.assertEqual(p.returncode, 0, p.stderr)
         self.assertLessEqual(json.load(open(report))["error"], 0.9)
 
+    def test_progress(self):
+        p = run(BALL, "-o", self.out, "--photons", "20000", "--resolution", "64x36", "--progress", "--quiet")
+        self.assertEqual(p.returncode, 0, p.stderr)
+        lines = [json.loads(line) for line in p.stderr.splitlines()]  # nothing else beside --quiet
+        self.assertEqual(lines[-1]["stage"], "done")
+        self.assertGreaterEqual(lines[-1]["photons_per_light"], 20000)
+        self.assertEqual({len(line) for line in lines}, {5})
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0]])
