@@ -86,6 +86,7 @@ typedef struct Job {
     /* open */
     Picture beauty, caustics;
     Colour *colour;
+    bool colour_lent; /**< by a sequence, for all its frames */
 
     /* match */
     const ExrLayer *target; /**< that of the first of `targets` */
@@ -120,6 +121,8 @@ cau_result job_write(Job *job);
 cau_result job_add(Job *job);
 /** Refuses an output that is a device, or the very file `input` (NULL is allowed). */
 cau_result output_check(const char *output, const char *input, CauError *err);
+/** The colour configuration that the options name. */
+cau_result job_open_colour(Colour **out, const cau_merge_options *o, CauError *err);
 /** Joins shards; see cau_merge_shards(). */
 cau_result shards_join(const char *const *files, size_t count, const cau_merge_options *o, CauError *err);
 /** A guess at what one thread of an add takes, from the largest band. */

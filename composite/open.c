@@ -86,18 +86,17 @@ static cau_result find_blender(char *out, size_t room, CauError *err) {
                      "datafiles/colormanagement/config.ocio; name the file itself");
 }
 
-static cau_result open_colour(Job *job) {
-    const char *named = job->options->ocio;
+cau_result job_open_colour(Colour **out, const cau_merge_options *o, CauError *err) {
     char path[PATH_MAX];
-    if (!named || strcmp(named, "blender") != 0) return colour_open(&job->colour, named, job->err);
-    CAU_TRY(find_blender(path, sizeof path, job->err));
-    return colour_open(&job->colour, path, job->err);
+    if (!o->ocio || strcmp(o->ocio, "blender") != 0) return colour_open(out, o->ocio, err);
+    CAU_TRY(find_blender(path, sizeof path, err));
+    return colour_open(out, path, err);
 }
 
 cau_result job_open(Job *job) {
     const cau_merge_options *o = job->options;
     CAU_TRY(check_outputs(job));
-    CAU_TRY(open_colour(job));
+    if (!job->colour_lent) CAU_TRY(job_open_colour(&job->colour, o, job->err));
     CAU_TRY(picture_open(&job->beauty, o->beauty, job->err));
     CAU_TRY(picture_check_readable(&job->beauty, job->err));
     if (!o->caustics) return CAU_OK;
@@ -114,5 +113,5 @@ void job_close(Job *job) {
     lights_free(&job->lights);
     picture_close(&job->caustics);
     picture_close(&job->beauty);
-    colour_close(&job->colour);
+    if (!job->colour_lent) colour_close(&job->colour);
 }

@@ -29,6 +29,7 @@ typedef struct Frame {
 struct Sequence {
     const cau_merge_options *options;
     const cau_merge_frames *frames;
+    Colour *colour; /* read once: a configuration may be large */
     Frame *running; /* per slot */
     unsigned threads, at_once;
     atomic_bool cancelled;
@@ -141,7 +142,8 @@ static cau_result add_frame(const Sequence *s, Frame *f) {
     CAU_TRY(stamp_make(stamp, &f->options, &f->err));
     f->skipped = s->frames->resume && stamp_matches(f->options.output, stamp);
     if (f->skipped) return CAU_OK;
-    Job job = {.options = &f->options, .err = &f->err, .stamp = stamp};
+    Job job = {
+        .options = &f->options, .err = &f->err, .stamp = stamp, .colour = s->colour, .colour_lent = true};
     cau_result result = job_add(&job);
     f->repaired = job.repaired;
     f->clamped = job.clamped;
@@ -255,30 +257,33 @@ static void choose_at_once(Sequence *s, size_t count) {
     while (s->at_once > 1 && each > memory / s->at_once) s->at_once--;
 }
 
+static cau_result run_frames(Sequence *s, size_t count, CauError *err) {
+    CAU_TRY(job_open_colour(&s->colour, s->options, err));
+    choose_at_once(s, count);
+    s->running = array_new(s->at_once + 1, sizeof *s->running);
+    s->told = json_array();
+    if (!s->running || !s->told)
+        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %zu frames", count);
+    unsigned slots = s->at_once + (s->at_once > 1);
+    cau_result result = ordered_run(s->at_once, slots, count, work, take, poll_user, s, err);
+    for (unsigned i = 0; i < slots; i++) { /* frames that ended after the run did */
+        for (int k = 0; k < NAMES; k++) free(s->running[i].names[k]);
+        json_decref(s->running[i].notices);
+    }
+    if (!s->frames->report) return result;
+    cau_result written = write_report(s, err);
+    return result == CAU_OK ? written : result;
+}
+
 cau_result sequence_run(const cau_merge_options *o, const cau_merge_frames *frames, CauError *err) {
     CAU_TRY(check_names(o, err));
     if (frames->step < 1 || frames->last < frames->first)
         return error_set(err, CAU_ERROR_USAGE, "frames %d to %d in steps of %d are no sequence",
             frames->first, frames->last, frames->step);
     size_t count = ((size_t)frames->last - (size_t)frames->first) / (size_t)frames->step + 1;
-    Sequence s = {.options = o, .frames = frames, .told = json_array()};
-    choose_at_once(&s, count);
-    s.running = array_new(s.at_once + 1, sizeof *s.running);
-    if (!s.running || !s.told) {
-        free(s.running);
-        json_decref(s.told);
-        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %zu frames", count);
-    }
-    cau_result result =
-        ordered_run(s.at_once, s.at_once + (s.at_once > 1), count, work, take, poll_user, &s, err);
-    for (unsigned i = 0; i <= s.at_once; i++) {
-        for (int k = 0; k < NAMES; k++) free(s.running[i].names[k]);
-        json_decref(s.running[i].notices);
-    }
-    if (frames->report) {
-        cau_result written = write_report(&s, err);
-        if (result == CAU_OK) result = written;
-    }
+    Sequence s = {.options = o, .frames = frames};
+    cau_result result = run_frames(&s, count, err);
+    colour_close(&s.colour);
     free(s.running);
     json_decref(s.told);
     if (result != CAU_OK || !s.failed) return result;

@@ -2,6 +2,7 @@
 #include "bridge/exr_imf.h"
 #include "core/checked.h"
 #include "image/exr_reader_private.h"
+#include "image/exr_scan.h"
 #include "image/exr_zip.h"
 
 #include <string.h>
@@ -201,6 +202,11 @@ static int32_t chunk_start(const ExrPart *p, int32_t y) {
 /* OpenEXRCore 3.1 has no DWA, and its B44 decoder returns rubbish for a part that has float channels too. */
 static bool core_can_decode(const ExrPart *part) { return part->codec < EXR_CODEC_B44; }
 
+static cau_result open_imf(ExrDecoder *d, CauError *err) {
+    CAU_TRY(exr_scan(d->reader->path, err));
+    return imf_reader_open(&d->imf, d->reader->path, err);
+}
+
 cau_result exr_decoder_rows(
     ExrDecoder *d, size_t part, int32_t y0, int32_t y1, ExrRows *rows, CauError *err) {
     const ExrPart *p = &d->reader->header.parts[part];
@@ -210,7 +216,7 @@ cau_result exr_decoder_rows(
             err, CAU_ERROR_INTERNAL, "rows %d to %d of \"%s\" do not exist", y0, y1, d->reader->path);
     CAU_TRY(exr_rows_reserve(rows, p, y0, y1, err));
     if (!core_can_decode(p)) {
-        if (!d->imf) CAU_TRY(imf_reader_open(&d->imf, d->reader->path, err));
+        if (!d->imf) CAU_TRY(open_imf(d, err));
         return imf_reader_rows(d->imf, part, p, rows, err);
     }
     int columns = exr_chunk_columns(p);
