@@ -24,7 +24,7 @@ def rgb(prefix, dtype="<f4", size=(9, 12)):
 
 def seed(name, path):
     data = path.read_bytes()
-    for mode in range(4):
+    for mode in (0, 1, 6, 7):
         (folder / "corpus" / f"{name}_{mode}").write_bytes(data + bytes([mode]))
 
 

@@ -103,6 +103,22 @@ class Layouts(Case):
         self.assertEqual(parts[0].attrs["tiles"][1][8], 0)
 
 
+    def test_deep(self):
+        spec = oiio.ImageSpec(30, 20, 5, oiio.FLOAT)
+        spec.channelnames, spec.deep = ("R", "G", "B", "A", "Z"), True
+        data = oiio.DeepData()
+        data.init(600, 5, [oiio.TypeFloat] * 5, list(spec.channelnames))
+        for pixel in range(600):
+            data.set_samples(pixel, 1)
+        file = oiio.ImageOutput.create(self.path("deep.exr"))
+        self.assertTrue(file.open(self.path("deep.exr"), spec) and file.write_deep_image(data))
+        file.close()
+        caustics, _ = self.caustics()
+        for words in (["add", self.path("deep.exr"), caustics, "-o", self.path("none.exr")], ["check", self.path("deep.exr")]):
+            self.refused(*words, says=["deep.exr", "part 0 is deep", "flatten"])
+        self.assertIn("deep", self.run_merge("list", self.path("deep.exr")).stdout)
+
+
 class Damaged(Case):
     LIMIT_SECONDS, LIMIT_BYTES = (30, None) if SANITIZED else (2, 512 << 20)
 
