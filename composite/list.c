@@ -61,11 +61,10 @@ static void list_light(const Report *report, const Picture *p, const Light *l) {
 static void list_attribute(const Report *report, const ExrPart *part, const char *name) {
     const ExrAttr *attr = exr_attr_find_any_case(part, name);
     int32_t number;
-    char *text = exr_attr_text(attr);
-    if (text)
-        report_line(report, "%s: %s", name, text);
-    else if (exr_attr_int32(attr, &number))
-        report_line(report, "%s: %d", name, number);
+    char *text = exr_attr_text(attr), *rest = NULL;
+    for (char *line = text ? strtok_r(text, "\n", &rest) : NULL; line; line = strtok_r(NULL, "\n", &rest))
+        report_line(report, "%s: %s", name, line); /* a plan has several */
+    if (!text && exr_attr_int32(attr, &number)) report_line(report, "%s: %d", name, number);
     free(text);
 }
 

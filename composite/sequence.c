@@ -10,6 +10,7 @@
 #include <jansson.h>
 #include <stdatomic.h>
 #include <stdio.h>
+#include <unistd.h>
 
 typedef struct Sequence Sequence;
 
@@ -136,11 +137,15 @@ static cau_result prepare(const Sequence *s, Frame *f) {
     return f->notices ? CAU_OK : error_set(&f->err, CAU_ERROR_RESOURCE, "out of memory for a frame");
 }
 
+/* A picture that is asked for, or none. */
+static bool is_there(const char *path) { return !path || access(path, R_OK) == 0; }
+
 static cau_result add_frame(const Sequence *s, Frame *f) {
     char stamp[STAMP_MAX];
     CAU_TRY(prepare(s, f));
     CAU_TRY(stamp_make(stamp, &f->options, &f->err));
-    f->skipped = s->frames->resume && stamp_matches(f->options.output, stamp);
+    f->skipped = s->frames->resume && is_there(f->options.preview) && is_there(f->options.contact_sheet) &&
+                 stamp_matches(f->options.output, stamp);
     if (f->skipped) return CAU_OK;
     Job job = {
         .options = &f->options, .err = &f->err, .stamp = stamp, .colour = s->colour, .colour_lent = true};

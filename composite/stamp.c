@@ -72,6 +72,17 @@ static void add_options(Stamp *s, const cau_merge_options *o) {
     for (size_t i = 0; i < o->holdout_name_count; i++) add_text(s, o->holdout_names[i]);
 }
 
+/* "FILE" or "FILE:CHANNEL". */
+static cau_result add_holdout(Stamp *s, const char *given, CauError *err) {
+    char *path = string_copy(given), *colon = path ? strrchr(path, ':') : NULL;
+    if (!path) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a name");
+    if (access(given, F_OK) != 0 && colon) *colon = '\0';
+    cau_result result = add_file(s, path, err);
+    add_text(s, given + strlen(path));
+    free(path);
+    return result;
+}
+
 cau_result stamp_make(char out[STAMP_MAX], const cau_merge_options *o, CauError *err) {
     Stamp s = {1, 2};
     const char *config = o->ocio ? o->ocio : getenv("OCIO");
@@ -81,8 +92,7 @@ cau_result stamp_make(char out[STAMP_MAX], const cau_merge_options *o, CauError 
     CAU_TRY(add_file(&s, o->caustics, err));
     CAU_TRY(add_file(&s, o->recipe, err));
     if (config && access(config, R_OK) == 0) CAU_TRY(add_file(&s, config, err));
-    if (o->holdout && access(o->holdout, R_OK) == 0) CAU_TRY(add_file(&s, o->holdout, err));
-    add_text(&s, o->holdout);
+    if (o->holdout) CAU_TRY(add_holdout(&s, o->holdout, err));
     snprintf(out, STAMP_MAX, "%016llx%016llx", (unsigned long long)s.a, (unsigned long long)s.b);
     return CAU_OK;
 }

@@ -8,7 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { STACK_BYTES = 1 << 20, THREADS_MOST = 1024, POLL_NANOSECONDS = 50000000 };
+enum { STACK_BYTES = 2 << 20, THREADS_MOST = 1024, POLL_NANOSECONDS = 50000000 };
 
 typedef enum State { SLOT_FREE, SLOT_BUSY, SLOT_DONE } State;
 
