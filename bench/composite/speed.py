@@ -2,7 +2,7 @@
 """CPU time and peak memory of one add, beside oiiotool and a bare OpenEXRCore read and write of the same file, in one run;
 then a sequence on one core and on two.
 
-usage: speed.py MERGE BARE_CORE FOLDER [--frames N]"""
+usage: speed.py MERGE BARE_CORE FOLDER [--frames N] [--repeat N]"""
 import argparse
 import os
 import pathlib
@@ -10,46 +10,12 @@ import subprocess
 import sys
 import time
 
-import numpy as np
-import OpenImageIO as oiio
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests" / "composite"))
-import exrlib  # noqa: E402
-
-PASSES = ["Combined", "DiffDir", "DiffInd", "DiffCol", "GlossDir", "GlossInd", "GlossCol", "TransDir", "TransInd", "Emit", "Env", "Shadow"]
+HERE = pathlib.Path(__file__).resolve().parent
 
 
-def beauty(path, width, height, passes, noise):
-    """Half, ZIP, one part, as Blender 4 writes it: smooth shading with the noise of a render."""
-    random = np.random.default_rng(1)
-    y, x = np.mgrid[0:height, 0:width].astype("f4")
-    names, planes = [], []
-    for k, name in enumerate([f"{p}.{c}" for p in passes for c in "RGB"] + ["Combined.A", "AO.R", "AO.G", "AO.B"]):
-        smooth = .5 + .4 * np.sin(x / (200 + 17 * k)) * np.cos(y / (150 + 11 * k))
-        planes.append((smooth * (1 + noise * random.standard_normal((height, width), "f4"))).astype("f2"))
-        names.append("ViewLayer." + name)
-    spec = oiio.ImageSpec(width, height, len(names), oiio.HALF)
-    spec.channelnames = names
-    spec.attribute("compression", "zip")
-    spec.attribute("colorInteropID", "lin_rec709_scene")
-    out = oiio.ImageOutput.create(str(path))
-    out.open(str(path), spec)
-    out.write_image(np.stack(planes, 2))
-    out.close()
-    return names
-
-
-def caustics(path, width, height, lights):
-    """Float, ZIP, a part per light: bright webs on black, as lights through glass and water leave them."""
-    random = np.random.default_rng(2)
-    y, x = np.mgrid[0:height, 0:width].astype("f4")
-    layers = {}
-    for i, name in enumerate(lights):
-        web = np.maximum(0, np.sin(x / (300 + 40 * i) + i) * np.cos(y / (250 + 30 * i))) ** 2
-        layers[f"caustics_{name}"] = np.stack([web * (1 + .05 * random.standard_normal((height, width), "f4")) for _ in "RGB"], 2)
-    parts = [("rgb", {c: sum(layers.values())[:, :, i] for i, c in enumerate("RGB")}, {"colorInteropID": exrlib.string("lin_rec709_scene")})]
-    parts += [(n, {f"{n}.{c}": v[:, :, i] for i, c in enumerate("RGB")}, {}) for n, v in layers.items()]
-    exrlib.write(str(path), parts)
+def make(beauty, caustics, *numbers):
+    words = [sys.executable, "-B", HERE / "speed_files.py", beauty, caustics, *numbers]
+    return subprocess.run([str(w) for w in words], check=True, stdout=subprocess.PIPE, text=True).stdout.split()
 
 
 def measure(words):
@@ -62,14 +28,12 @@ def measure(words):
     return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, time.monotonic() - start
 
 
-def one_add(merge, bare, folder):
+def one_add(merge, bare, folder, repeat):
     width, height = 3840, 2160
-    names = beauty(folder / "beauty.exr", width, height, PASSES, .02)
-    caustics(folder / "caustics.exr", width, height, ["key", "rim", "fill", "sun"])
     b, c = folder / "beauty.exr", folder / "caustics.exr"
-    order = oiio.ImageInput.open(str(b)).spec().channelnames
+    names = make(b, c, width, height, 12, 4)
     total = {f"ViewLayer.Combined.{k}": k for k in "RGB"}
-    spread = ",".join(f"{n}={total.get(n, 0)}" for n in order)
+    spread = ",".join(f"{n}={total.get(n, 0)}" for n in names)
     runs = {
         "caustic-merge, all threads": [merge, "add", b, c, "-o", folder / "out.exr"],
         "caustic-merge, one thread": [merge, "add", b, c, "-o", folder / "out.exr", "--threads", "1"],
@@ -80,7 +44,7 @@ def one_add(merge, bare, folder):
           f"load {os.getloadavg()[0]:.1f}")
     found = {}
     for name, words in runs.items():
-        found[name] = min(measure(words) for _ in range(3))
+        found[name] = min(measure(words) for _ in range(repeat))
         cpu, memory, wall = found[name]
         print(f"  {name:32} {cpu:6.2f} s CPU, {memory:6.0f} MB, {wall:6.2f} s")
     ours, tool, core = (found[n] for n in ("caustic-merge, all threads", "oiiotool, one add of the sum", "bare OpenEXRCore, read + write"))
@@ -94,8 +58,7 @@ def one_add(merge, bare, folder):
 
 def sequence(merge, folder, count):
     width, height = 1920, 1080
-    beauty(folder / "b.exr", width, height, PASSES[:3], .02)
-    caustics(folder / "c.exr", width, height, ["key", "rim"])
+    make(folder / "b.exr", folder / "c.exr", width, height, 3, 2)
     for i in range(1, count + 1):
         for name in "bc":
             (folder / f"{name}.{i:04d}.exr").unlink(missing_ok=True)
@@ -117,10 +80,11 @@ def main():
     parser.add_argument("bare")
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--frames", type=int, default=240)
+    parser.add_argument("--repeat", type=int, default=3, help="the least CPU time counts")
     a = parser.parse_args()
     a.folder.mkdir(parents=True, exist_ok=True)
     a.folder = a.folder.resolve()
-    one_add(a.merge, a.bare, a.folder)
+    one_add(a.merge, a.bare, a.folder, a.repeat)
     if a.frames:
         sequence(a.merge, a.folder, a.frames)
 

@@ -229,6 +229,11 @@ class Refusals(Case):
         self.refused("add", path, caustics, *out, "--tint", "key=1,2", says="R,G,B", expect=2)
         self.refused("add", path, caustics, *out, "--offset", "1", says="X,Y", expect=2)
         self.refused("add", path, caustics, *out, "--compression", "lzw", says="zip", expect=2)
+        for bad in ("0", "2.5", "x", "9999"):
+            self.refused("add", path, caustics, *out, "--threads", bad, says="1 to 1024", expect=2)
+        for bad in ("5", "-1G", "2Q", "G"):
+            self.refused("add", path, caustics, *out, f"--memory={bad}", says="500M", expect=2)
+        self.refused("add", path, caustics, *out, "--saturation", "key=-1", says="0 to 100", expect=2)
         self.refused("add", path, caustics, *out, "--gian", "key=1", says="--gain", expect=2)
         self.refused("add", path, caustics, "-o", "-", says="./-", expect=2)
         self.refused("add", path, "-", *out, says="./-", expect=2)

@@ -40,6 +40,14 @@ class Sequence(Case):
                 self.assertEqual(outputs, before)
             before = outputs
 
+    def test_little_memory(self):
+        names = self.frames(range(1, 4))
+        for memory in ("1M", "8G"):
+            self.run_merge("add", *names, "--frames", "1-3", "--memory", memory, "--threads", 5)
+            data = [read_bytes(self.path(f"o_0{n}.exr")) for n in (1, 2, 3)]
+            self.assertEqual(data, before if memory == "8G" else data)
+            before = data
+
     def test_missing_and_broken_frames(self):
         names = self.frames(range(1, 7))
         os.remove(self.path("b.0002.exr"))
