@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What goes wrong, in one sentence for the user."""
+
+
+class CausticsError(Exception):
+    """Its text is a whole sentence: what, where, the value, the limit, what to do."""
+
+
+class Cancelled(CausticsError):
+    """The user stopped it."""
+
+    def __init__(self):
+        super().__init__("Cancelled; all settings are as they were.")
+
+
+class Notes:
+    """What is shown beside the result: things left out or approximated, each once, by name and with the reason."""
+
+    def __init__(self):
+        self.lines = []
+
+    def add(self, name, reason):
+        line = f"{name}: {reason}"
+        if line not in self.lines:
+            self.lines.append(line)

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A scene as Cycles sees it, from an evaluated dependency graph, written to a folder as a scene file with its meshes."""
+import json
+import os
+
+from . import lamps, meshes, views
+from .errors import CausticsError, Notes
+from .materials import Materials
+
+SOLID = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+UNBUILT = {"VOLUME": "volumes", "CURVES": "hair curves", "POINTCLOUD": "point clouds", "HAIR": "hair", "GPENCIL": "grease pencil",
+           "GREASEPENCIL": "grease pencil"}
+FILE_NAME = "scene.json"
+RAYS = (("diffuse", "visible_diffuse"), ("glossy", "visible_glossy"), ("transmission", "visible_transmission"), ("shadow", "visible_shadow"))
+
+
+class Extract:
+    """What was found. doc: the scene file. region: of the render border or None. notes: a Notes. textured: names of the
+    materials that want the Diffuse Color pass. triangles: how many, instances counted. path: of the scene file."""
+
+    def __init__(self, folder, pointers=True):
+        self.folder, self.pointers = folder, pointers
+        self.notes, self.triangles = Notes(), 0
+        self.materials = Materials(self.notes)
+        self.names, self.parts, self.objects, self.lights = set(), {}, [], []
+        self.doc, self.region, self.view_layer, self.frame = None, None, "", 0
+        self.path = os.path.join(folder, FILE_NAME)
+
+    @property
+    def textured(self):
+        return self.materials.textured
+
+    def read(self, depsgraph):
+        """Reads all and writes the files."""
+        scene = depsgraph.scene_eval
+        self.view_layer, self.frame = depsgraph.view_layer.name, scene.frame_current
+        camera = views.camera(scene.camera and scene.camera.evaluated_get(depsgraph), scene, self.notes)
+        self.region = views.region(scene.render)
+        for instance in depsgraph.object_instances:
+            self.instance(instance)
+        self.doc = {"caustics_scene": 1, "color_space": views.color_space(scene), "camera": camera, "bounces": views.bounces(scene.cycles),
+                    "materials": {}, "objects": self.objects, "lights": self.lights}
+        world = lamps.world(scene.world and scene.world.evaluated_get(depsgraph), lambda r: self.notes.add("World", r))
+        if world:
+            self.doc["world"] = world
+        self.doc["materials"] = {name: self.materials.items[name] for name in sorted({o["material"] for o in self.objects})}
+        with open(self.path, "w", encoding="utf-8") as f:
+            json.dump(self.doc, f, indent=1, allow_nan=False)
+        return self
+
+    def unique(self, name):
+        made, n = name, 1
+        while made in self.names:
+            n += 1
+            made = f"{name} #{n}"
+        self.names.add(made)
+        return made
+
+    def instance(self, instance):
+        obj = instance.object
+        if not instance.show_self:
+            return
+        if obj.type == "LIGHT":
+            name = self.unique(obj.name)
+            made = lamps.lamp(obj, instance.matrix_world, name, lambda r: self.notes.add(f'Light "{obj.name}"', r))
+            if made:
+                if not takes_part(obj, "casts"):
+                    made["casts_caustics"] = False
+                self.lights.append(made)
+        elif obj.type in SOLID:
+            self.solid(obj, instance)
+        elif obj.type in UNBUILT:
+            self.notes.add(f'Object "{obj.name}"', f"{UNBUILT[obj.type]} are not built; it is left out")
+        if obj.particle_systems and any(p.settings.type == "HAIR" and p.settings.render_type == "PATH" for p in obj.particle_systems):
+            self.notes.add(f'Object "{obj.name}"', "hair is not built; it is left out")
+
+    # ---- meshes ------------------------------------------------------------------------------------------------------
+
+    def solid(self, obj, instance):
+        slots = [slot.material for slot in obj.material_slots]
+        key = (obj.type, obj.data.as_pointer() if obj.data else obj.original.name_full, tuple(m.name_full if m else "" for m in slots))
+        if key not in self.parts or obj.type != "MESH" and not instance.is_instance:
+            self.parts[key] = self.write_parts(obj, slots)
+        for material, smooth, file, count in self.parts[key]:
+            self.triangles += count
+            name = self.unique(obj.name if len(self.parts[key]) == 1 else f"{obj.name} ({material}{'' if smooth else ', flat'})")
+            self.objects.append({"name": name, "file": file, "material": material, "smooth": smooth,
+                                 **self.placed(obj, instance.matrix_world), **self.visibility(obj, instance)})
+
+    def placed(self, obj, matrix):
+        rows = lamps.rows(matrix)
+        if not all(abs(x) < 1e30 for row in rows for x in row):  # NaN is not less either
+            raise CausticsError(f'Object "{obj.name}" is placed at a number that is not finite; check its transform and constraints.')
+        return {"matrix": rows}
+
+    def visibility(self, obj, instance):
+        who = [obj] + ([instance.parent] if instance.is_instance and instance.parent else [])
+        made = {}
+        if not all(o.visible_camera for o in who):
+            made["visible_to_camera"] = False
+        rays = [ray for ray, flag in RAYS if all(getattr(o, flag) for o in who)]
+        if len(rays) < len(RAYS):
+            made["visible_to"] = rays
+        for key, flag in (("casts_caustics", "casts"), ("receives_caustics", "receives")):
+            if not all(takes_part(o, flag) for o in who):
+                made[key] = False
+        if any(o.is_holdout or o.is_shadow_catcher for o in who):
+            self.notes.add(f'Object "{obj.name}"', "holdouts and shadow catchers are not built; it is taken as an object like others")
+        return made
+
+    def write_parts(self, obj, slots):
+        """The PLY files of an object's mesh, one per material and shading: [(material, smooth, file, triangles)]."""
+        np = meshes.numpy()
+        mesh = obj.to_mesh()
+        try:
+            found = meshes.read(mesh, self.pointers) if mesh else None
+            if mesh and not slots:
+                slots = list(mesh.materials)
+        finally:
+            obj.to_mesh_clear()
+        if not found:
+            return []
+        if not np.isfinite(found.co).all():
+            at = int(np.nonzero(~np.isfinite(found.co).all(axis=1))[0][0])
+            raise CausticsError(f'Object "{obj.name}" has a vertex ({at}) at a number that is not finite; merge or delete it.')
+        index = np.clip(found.material, 0, max(len(slots) - 1, 0))
+        made = []
+        for material in np.unique(index):
+            name = self.materials.name_of(slots[material] if slots else None)
+            for smooth in (True, False):
+                mask = (index == material) & (found.smooth == smooth)
+                if mask.any():
+                    made.append((name, smooth, self.write(found, mask, smooth), int(mask.sum())))
+        return made
+
+    def write(self, found, mask, smooth):
+        folder = os.path.join(self.folder, "meshes")
+        os.makedirs(folder, exist_ok=True)
+        file = f"meshes/{len(os.listdir(folder)):05d}.ply"
+        meshes.write_ply(os.path.join(self.folder, file), *meshes.part(found, mask, smooth))
+        return file
+
+
+def takes_part(obj, flag):
+    settings = getattr(obj.original, "caustics", None)
+    return getattr(settings, flag, True)

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Making caustics for one frame, step by step: beauty, scene, layers, sum.
+
+Job.steps() is a generator that yields whenever it waits, so that an operator can run it from a timer and a script to its
+end; it owns no thread. Closing it, or an error in it, ends the child and puts all settings back."""
+import os
+import time
+
+import bpy
+
+from . import engine, extract, programs, switches, views
+from .errors import Cancelled, CausticsError
+
+WAIT_S = 0.05
+
+
+class Job:
+    """scene, view_layer: names. options: an Options. interactive: the beauty renders as Blender's own job, not blocking.
+    Readable while it runs: stage, progress (0 to 1), text; afterwards caustics, beauty, result (paths), plan (text),
+    notes (lines), seconds {stage: s}."""
+
+    def __init__(self, scene, view_layer, options, interactive=False):
+        self.scene, self.view_layer, self.options, self.interactive = scene.name, view_layer.name, options, interactive
+        self.stage, self.progress, self.text = "start", 0.0, "Starting"
+        self.beauty = self.caustics = self.result = self.extract = self.child = None
+        self.plan, self.notes, self.seconds, self.said = "", [], {}, []
+        self.switches = switches.Switches(scene)
+        self.cancelled = False
+
+    def run(self):
+        """To the end, in this thread."""
+        for _ in self.steps():
+            time.sleep(WAIT_S)
+        return self
+
+    def cancel(self):
+        self.cancelled = True
+
+    def steps(self):
+        self.folder = programs.scratch()
+        try:
+            programs.check("caustic-render")
+            programs.check("caustic-merge")
+            self.check_scene()
+            yield from self.timed("beauty", self.make_beauty())
+            yield from self.timed("caustics", self.make_caustics())
+            if self.beauty:
+                yield from self.timed("add", self.add())
+            self.stage, self.progress, self.text = "done", 1.0, "Done"
+        finally:
+            if self.child:
+                self.child.stop()
+            self.switches.restore()
+            programs.remove(self.folder)
+
+    def timed(self, stage, steps):
+        self.stage, start = stage, time.monotonic()
+        for step in steps:
+            if self.cancelled:
+                raise Cancelled
+            yield step
+        if self.cancelled:
+            raise Cancelled
+        self.seconds[stage] = round(time.monotonic() - start, 3)
+
+    # ---- the scene and its beauty ------------------------------------------------------------------------------------
+
+    def check_scene(self):
+        scene = bpy.data.scenes[self.scene]
+        if scene.render.engine != "CYCLES":
+            raise CausticsError(f"The scene renders with {scene.render.engine}; caustics add to pictures of Cycles: choose it as the render engine.")
+        if scene.camera is None:
+            raise CausticsError("The scene has no camera; add one and make it active.")
+        on = scene.cycles.caustics_reflective or scene.cycles.caustics_refractive
+        if self.options.beauty == "LAST" and on:
+            raise CausticsError("The last render may hold caustics of Cycles' own, and would have them twice; switch reflective and "
+                                "refractive caustics off and render again, or let the add-on render the picture.")
+
+    def look(self, _, depsgraph):
+        if depsgraph.scene.name == self.scene and depsgraph.view_layer.name == self.view_layer and not self.extract:
+            start = time.monotonic()
+            self.extract = extract.Extract(self.folder, self.options.pointers).read(depsgraph)
+            self.seconds["scene"] = round(time.monotonic() - start, 3)
+
+    def make_beauty(self):
+        scene = bpy.data.scenes[self.scene]
+        self.text = "Rendering the picture without caustics" if self.options.beauty == "RENDER" else "Reading the scene"
+        path = os.path.join(self.folder, "beauty.exr")
+        if self.options.beauty == "RENDER":
+            yield from self.render_beauty(scene)
+        else:
+            engine.look_at(scene, self.view_layer, self.look)
+        if not self.extract:
+            raise CausticsError(f'View layer "{self.view_layer}" is not rendered; switch on its "Use for Rendering".')
+        if self.options.beauty != "NONE":
+            self.save_render(scene, path)
+            self.beauty = path
+        yield
+
+    def render_beauty(self, scene):
+        self.switches.caustics_off()
+        self.switches.cut_tricks()
+        self.switches.set(("render",), "use_sequencer", False)
+        self.switches.set(("view_layers", self.view_layer), "use_pass_diffuse_color", True)
+        hook = engine.Hook(self.look).open()
+        try:
+            if self.interactive:
+                yield from self.render_as_job()
+            else:
+                bpy.ops.render.render(scene=self.scene)
+        except RuntimeError as error:
+            raise CausticsError("Cycles: " + str(error).replace("Error: ", "").strip().splitlines()[-1]) from None
+        finally:
+            hook.close()
+            self.switches.restore()
+        if hook.error:
+            raise hook.error
+        yield
+
+    def render_as_job(self):
+        ended = []
+
+        def done(*_):
+            ended.append("done")
+
+        def stopped(*_):
+            ended.append("stopped")
+
+        bpy.app.handlers.render_complete.append(done)
+        bpy.app.handlers.render_cancel.append(stopped)
+        try:
+            bpy.ops.render.render("INVOKE_DEFAULT", scene=self.scene)
+            while not ended or bpy.app.is_job_running("RENDER"):
+                yield
+        finally:
+            bpy.app.handlers.render_complete.remove(done)
+            bpy.app.handlers.render_cancel.remove(stopped)
+        if "stopped" in ended:
+            raise Cancelled
+
+    def save_render(self, scene, path):
+        image = bpy.data.images.get("Render Result")
+        if image is None or not image.has_data and self.options.beauty == "LAST":
+            raise CausticsError("There is no last render; let the add-on render the picture.")
+        settings = ("render", "image_settings")
+        kept = switches.Switches(scene)
+        try:
+            if hasattr(scene.render.image_settings, "media_type"):  # 5.0 on
+                kept.set(settings, "media_type", "MULTI_LAYER_IMAGE")
+            kept.set(settings, "file_format", "OPEN_EXR_MULTILAYER")
+            kept.set(settings, "color_mode", "RGBA")
+            kept.set(settings, "color_depth", "32" if self.options.full_float else "16")
+            kept.set(settings, "exr_codec", "ZIP")
+            image.save_render(path, scene=scene)
+        except RuntimeError as error:
+            raise CausticsError(f"The picture could not be saved: {str(error).replace('Error: ', '').strip()}.") from None
+        finally:
+            kept.restore()
+
+    # ---- layers and sum ----------------------------------------------------------------------------------------------
+
+    @property
+    def albedo(self):
+        """Receivers with a texture take their color from the Diffuse Color pass."""
+        return bool(self.extract.textured) and self.options.beauty == "RENDER"
+
+    def make_caustics(self):
+        self.text = "Tracing photons"
+        path = os.path.join(self.folder, "caustics.exr")
+        report = os.path.join(self.folder, "report.json")
+        words = [self.extract.path, "-o", path, "--report", report, *self.options.words(self.extract, self.albedo)]
+        yield from self.wait(programs.Child("caustic-render", words, self.folder), self.follow)
+        self.plan = self.child.output()
+        self.said = [line for line in self.child.said() if not line.startswith("wrote ")]
+        self.notes = self.extract.notes.lines + [s.partition(": ")[2] or s for s in self.said]
+        self.caustics = programs.keep(path, self.options.path("_caustics"))
+        if self.options.keep_report:
+            programs.keep(report, self.options.path("_caustics", ".json"))
+
+    def wait(self, child, follow):
+        self.child = child
+        while child.running():
+            follow(child)
+            yield
+        child.check()
+
+    def follow(self, child):
+        now = child.progress()
+        if not now:
+            return
+        error, target = now["error"], self.options.error
+        self.progress = fraction(now, target, self.options)
+        words = ["Looking for caustics" if now["stage"] == "probing" else f"{now['photons_per_light'] / 1e6:.1f} million photons per light"]
+        if error is not None:
+            words.append(f"error {100 * error:.1f} %")
+        if now["remaining_s"] is not None:
+            words.append(f"{now['remaining_s']:.0f} s left")
+        self.text = ", ".join(words)
+
+    def add(self):
+        self.text, self.progress = "Adding the layers", 1.0
+        scene, path = bpy.data.scenes[self.scene], os.path.join(self.folder, "out.exr")
+        words = ["add", self.beauty, self.caustics, "-o", path, "--keep-layers", "--pass", f"{self.view_layer}.Combined"]
+        words += ["--beauty-space", views.color_space(scene)]
+        if self.albedo:
+            words += ["--albedo", self.view_layer + "." + ("Diffuse Color" if bpy.app.version >= (5, 0, 0) else "DiffCol")]
+        if self.extract.region and scene.render.use_crop_to_border:
+            words += ["--offset", "{},{}".format(*self.extract.region[:2])]
+        yield from self.wait(programs.Child("caustic-merge", words, self.folder), lambda child: None)
+        self.result = programs.keep(path, self.options.path(""))
+        if self.options.keep_beauty:
+            self.beauty = programs.keep(self.beauty, self.options.path("_beauty"))
+        else:
+            self.beauty = None
+
+
+def fraction(now, target, options):
+    """How far a render is, by whichever limit is nearest: the error falls with the square root of the photons."""
+    parts = [0.0]
+    if target and now["error"]:
+        parts.append((target / now["error"]) ** 2)
+    if options.time_s:
+        parts.append(now["elapsed_s"] / options.time_s)
+    if options.photons:
+        parts.append(now["photons_per_light"] / options.photons)
+    return min(max(parts), 1.0)
