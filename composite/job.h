@@ -125,6 +125,10 @@ cau_result output_check(const char *output, const char *input, CauError *err);
 cau_result job_open_colour(Colour **out, const cau_merge_options *o, CauError *err);
 /** Joins shards; see cau_merge_shards(). */
 cau_result shards_join(const char *const *files, size_t count, const cau_merge_options *o, CauError *err);
+/** What bands on their way may take: options->memory_bytes, or 1 GB. */
+static inline size_t job_memory(const cau_merge_options *o) {
+    return o->memory_bytes ? o->memory_bytes : (size_t)1 << 30;
+}
 /** A guess at what one thread of an add takes, from the largest band. */
 size_t job_lane_bytes(const ExrHeader *beauty, const ExrHeader *caustics);
 /** The frames of a sequence, several at once. */

@@ -132,7 +132,7 @@ static cau_result prepare(const Sequence *s, Frame *f) {
         memcpy((char *)&f->options + names[i].at, &f->names[i], sizeof name);
     }
     if (s->at_once > 1) f->options.threads = s->threads / s->at_once ? s->threads / s->at_once : 1;
-    if (f->options.memory_bytes) f->options.memory_bytes /= s->at_once;
+    f->options.memory_bytes = job_memory(s->options) / s->at_once;
     if (f->number != s->frames->first) f->options.write_recipe = NULL; /* the same for all */
     return f->notices ? CAU_OK : error_set(&f->err, CAU_ERROR_RESOURCE, "out of memory for a frame");
 }
@@ -254,8 +254,7 @@ static size_t frame_bytes(const Sequence *s, size_t count) {
 
 /* As many frames as there are processors and room for. */
 static void choose_at_once(Sequence *s, size_t count) {
-    size_t memory = s->options->memory_bytes ? s->options->memory_bytes : (size_t)1 << 30;
-    size_t each = frame_bytes(s, count);
+    size_t memory = job_memory(s->options), each = frame_bytes(s, count);
     s->threads = s->options->threads ? s->options->threads : ordered_processors();
     s->at_once = s->threads;
     if (s->at_once > count) s->at_once = (unsigned)count;

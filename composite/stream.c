@@ -70,8 +70,7 @@ size_t job_lane_bytes(const ExrHeader *beauty, const ExrHeader *caustics) {
 
 static void choose_threads(Stream *s) {
     const cau_merge_options *o = s->job->options;
-    size_t memory = o->memory_bytes ? o->memory_bytes : (size_t)1 << 30,
-           each = job_lane_bytes(s->job->beauty.header, s->job->caustics.header);
+    size_t memory = job_memory(o), each = job_lane_bytes(s->job->beauty.header, s->job->caustics.header);
     s->threads = o->threads ? o->threads : ordered_processors();
     s->slots = s->threads == 1 ? 1 : s->threads + 2;
     while (s->slots > 1 && each > memory / s->slots) s->slots--;
