@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # libFuzzer on the readers of caustic-merge, under ASan and UBSan. An input may take 6 s, and the process 1 GB: the
 # sanitizers take that much more than the 2 s and 512 MB that the program may.
-# usage: bench/composite/fuzz.sh [MINUTES] [FOLDER]   (30 minutes of one core; needs clang)
+# usage: bench/composite/fuzz.sh [MINUTES] [FOLDER]   (30 minutes of one core; needs clang, libclang-rt-dev
+# and OpenImageIO's tools)
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 minutes=${1:-30} folder=${2:-/tmp/caustics_fuzz}
