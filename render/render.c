@@ -14,6 +14,17 @@ cau_render_options cau_render_defaults(void) {
         .size = sizeof(cau_render_options), .photons = 4000000, .layers = CAU_WANT_RADIANCE};
 }
 
+/* Nothing but estimator W is called for. */
+bool render_waves_alone(const cau_render *r) {
+    bool wave = false;
+    if (r->options.estimator == CAU_ESTIMATOR_R) return false;
+    for (size_t i = 0; i < r->plan.light_count; i++) {
+        if (r->plan.lights[i].photons || r->plan.lights[i].indirect) return false;
+        wave |= r->plan.lights[i].wave;
+    }
+    return wave;
+}
+
 double render_clock_s(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -65,10 +76,25 @@ static void set_budget(cau_render *r) {
         most = (uint64_t)r->scene.camera.width * (uint64_t)r->scene.camera.height;
     r->photons_per_pass = (uint32_t)most;
     if (n == 0) return;
+    if (render_waves_alone(r)) most = n / PASSES_MIN + 1; /* they hold no photons */
+    if (most > UINT32_MAX / 2) most = UINT32_MAX / 2;
     uint64_t passes = (n + most - 1) / most;
     if (passes < PASSES_MIN && n >= PASSES_MIN) passes = PASSES_MIN;
     if (r->options.estimator != CAU_ESTIMATOR_R) r->photons_per_pass = (uint32_t)((n + passes - 1) / passes);
     r->passes_wanted = passes;
+}
+
+/* Smooth casters that estimator W can follow: not those whose normals Cycles bends, for what bends is found
+ * by photons alone. */
+static cau_result find_waved(cau_render *r, CauError *err) {
+    r->waved = array_new(r->scene.object_count, sizeof *r->waved);
+    if (!r->waved) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a plan");
+    for (size_t o = 0; o < r->scene.object_count; o++) {
+        const Object *object = &r->scene.objects[o];
+        bool bends = r->bent.objects && r->bent.objects[o].bends;
+        r->waved[o] = object->casts && !bends && (r->scene.materials[object->material].lobes & LOBE_SPECULAR);
+    }
+    return CAU_OK;
 }
 
 static cau_result render_prepare(cau_render *r, CauError *err) {
@@ -80,7 +106,7 @@ static cau_result render_prepare(cau_render *r, CauError *err) {
     CAU_TRY(aim_create(&r->surfaces, &r->scene, AIM_SURFACES, err));
     if (r->options.estimator != CAU_ESTIMATOR_R) CAU_TRY(bent_create(&r->bent, &r->scene, err));
     filter_prepare(&r->filter, r->scene.camera.filter, r->scene.camera.filter_width);
-    set_budget(r);
+    CAU_TRY(find_waved(r, err));
     return make_groups(r, err);
 }
 
@@ -142,6 +168,8 @@ void cau_render_destroy(cau_render **render) {
     film_free(&r->beauty);
     free(r->groups);
     free(r->group_of_light);
+    wave_view_free(&r->view);
+    free(r->waved);
     plan_free(&r->plan);
     aim_free(&r->casters);
     aim_free(&r->surfaces);
@@ -181,10 +209,30 @@ static cau_result make_films(cau_render *r, CauError *err) {
     return CAU_OK;
 }
 
+/* What estimator W needs, when any light calls for it. */
+static cau_result make_view(cau_render *r, CauError *err) {
+    bool wave = false;
+    for (size_t i = 0; i < r->plan.light_count; i++) wave |= r->plan.lights[i].wave;
+    if (!wave || r->options.estimator == CAU_ESTIMATOR_R) return CAU_OK;
+    size_t memory = r->options.memory_bytes ? r->options.memory_bytes : (size_t)2 << 30;
+    WaveViewRun run = {.scene = &r->scene,
+        .trace = r->trace,
+        .filter = &r->filter,
+        .x0 = r->region[0],
+        .y0 = r->region[1],
+        .x1 = r->region[2],
+        .y1 = r->region[3],
+        .memory_bytes = memory / 4,
+        .cancel = &r->cancel};
+    return wave_view_create(&r->view, &run, r->pool, err);
+}
+
 cau_result cau_render_plan(cau_render *r) {
     if (r->planned) return CAU_OK;
     CAU_TRY(render_probe(r, &r->error));
     CAU_TRY(make_films(r, &r->error));
+    set_budget(r);
+    CAU_TRY(make_view(r, &r->error));
     r->planned = true;
     return CAU_OK;
 }

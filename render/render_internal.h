@@ -11,6 +11,7 @@
 #include "render/film/film.h"
 #include "render/gather/photon_gather.h"
 #include "render/gather/reference.h"
+#include "render/gather/wave/wave.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -26,7 +27,8 @@ typedef struct RenderGroup {
     Film seen[1], irradiance[1], coverage[1]; /**< direct only, when asked for */
     double radius_scale[2];                   /**< of the kernels, from the density that the first pass met */
     FluxAccount accounts[2],
-        bent[2]; /**< sums over passes, see photons.h; photons of lamps, of bent normals */
+        bent[2];              /**< sums over passes, see photons.h; photons of lamps, of bent normals */
+    FluxAccount wave_account; /**< of estimator W */
 } RenderGroup;
 
 struct cau_render {
@@ -47,6 +49,8 @@ struct cau_render {
     size_t *group_of_light;
     Film beauty;
     uint64_t passes_wanted; /**< 0: no limit */
+    WaveView *view;         /**< NULL: estimator W is not called for */
+    bool *waved;            /**< [object] its smooth paths are estimator W's */
     uint32_t photons_per_pass;
     uint64_t passes;
     atomic_bool cancel;
@@ -64,6 +68,9 @@ struct cau_render {
 static inline bool render_wants_caustics(const cau_render *r) {
     return !(r->options.layers & CAU_WANT_BEAUTY) || (r->options.layers & CAU_WANT_RADIANCE);
 }
+
+/** Nothing but estimator W is called for. */
+bool render_waves_alone(const cau_render *r);
 
 /** Sends the probes and makes r->plan. */
 cau_result render_probe(cau_render *r, CauError *err);

@@ -27,7 +27,7 @@ static const char help_text[] =
     "  --threads T            [one per processor]; the bytes do not depend on it\n"
     "  --resolution WxH       instead of the scene's\n"
     "  --region X0,Y0,X1,Y1   only these pixels, ends exclusive\n"
-    "  --estimator auto|P|R   photons, or the unbiased reference [auto]\n"
+    "  --estimator auto|W|P|R wavefronts, photons, or the unbiased reference [auto]\n"
     "  --effects LIST         direct,indirect [automatic]: what to compute\n"
     "  --layers LIST          radiance,indirect,irradiance,error; beauty with R:\n"
     "                         what Cycles renders with caustics off\n"
@@ -130,17 +130,19 @@ static unsigned parse_words(const char *option, const char *text, const Word *wo
 }
 
 static int parse_estimator(const char *value, RenderArguments *a) {
-    if (!value) return usage_error("--estimator", value, "auto, P or R");
-    if (strcmp(value, "auto") == 0 || strcmp(value, "P") == 0)
-        a->options.estimator = value[0] == 'P' ? CAU_ESTIMATOR_P : CAU_ESTIMATOR_AUTO;
-    else if (strcmp(value, "R") == 0)
-        a->options.estimator = CAU_ESTIMATOR_R;
-    else if (strcmp(value, "W") == 0 || strcmp(value, "D") == 0) {
-        fprintf(stderr, "caustic-render: not yet supported: estimator %s; use auto, P or R\n", value);
-        return 1;
-    } else
-        return usage_error("--estimator", value, "auto, P or R");
-    return -1;
+    static const struct {
+        const char *name;
+        int estimator;
+    } known[] = {
+        {"auto", CAU_ESTIMATOR_AUTO}, {"W", CAU_ESTIMATOR_W}, {"P", CAU_ESTIMATOR_P}, {"R", CAU_ESTIMATOR_R}};
+    for (size_t i = 0; value && i < sizeof known / sizeof *known; i++)
+        if (strcmp(value, known[i].name) == 0) {
+            a->options.estimator = known[i].estimator;
+            return -1;
+        }
+    if (!value || strcmp(value, "D") != 0) return usage_error("--estimator", value, "auto, W, P or R");
+    fprintf(stderr, "caustic-render: not yet supported: estimator D; use auto, W, P or R\n");
+    return 1;
 }
 
 static int parse_effects(const char *value, RenderArguments *a) {

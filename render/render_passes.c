@@ -19,7 +19,15 @@
 /* Share of an indirect run's photons that start towards any surface; the others start towards the casters. */
 #define INDIRECT_SHARE 0.5
 
-enum { EYE_SAMPLES_MAX = 16 };
+enum { EYE_SAMPLES_MAX = 16, EYE_SAMPLES_BUSY = 32 };
+
+/* Rays of a wavefront that leave a deposit for receivers seen through glass; cells along an edge of a
+ * wavefront that have a place on a light of their own; replicas expected of a render without a limit. */
+#define WAVE_SEEN_RAYS 262144.0
+#define WAVE_CELLS 48.0
+/* Places on a light per square root of the rays at least: error by places and by cells stay in balance. */
+#define WAVE_PLACES 0.03
+#define WAVE_PASSES 8.0
 
 typedef struct PassState {
     cau_render *r;
@@ -52,10 +60,53 @@ static bool any_direct(const cau_render *r) {
 
 /* ---- photons ---- */
 
+static void images_clear(PassState *s) {
+    size_t values = picture_values(s->r);
+    memset(s->images.radiance, 0, values * sizeof(double));
+    memset(s->images.found, 0, (size_t)s->r->scene.camera.height * sizeof *s->images.found);
+    if (s->images.seen) memset(s->images.seen, 0, values * sizeof(double));
+    if (s->images.irradiance) memset(s->images.irradiance, 0, values * sizeof(double));
+    if (s->images.coverage) memset(s->images.coverage, 0, values / 3 * sizeof(double));
+}
+
+static bool any_seen(const EyePoints *points, const int region[4]) {
+    for (int y = region[1]; y < region[3]; y++)
+        for (size_t i = 0; i < points->rows[y].count; i++)
+            if (!points->rows[y].items[i].straight) return true;
+    return false;
+}
+
+/* One replica of a light's wavefronts; what it leaves to photons joins the deposits.
+ * The gather that follows adds to what W has drawn. */
+static cau_result light_wave(PassState *s, const Light *l, double places, RenderGroup *group, CauError *err) {
+    cau_render *r = s->r;
+    if (!s->images.add) images_clear(s);
+    s->images.add = true;
+    double casters = 0, rays = r->photons_per_pass,
+           passes = r->passes_wanted ? (double)r->passes_wanted : WAVE_PASSES;
+    for (size_t o = 0; o < r->scene.object_count; o++) casters += r->waved[o];
+    bool seen = any_seen(&s->points, r->region);
+    if (!l->delta) places = fmax(places, WAVE_PLACES * sqrt(rays * passes / casters));
+    WaveRun run = {.scene = &r->scene,
+        .trace = r->trace,
+        .casters = &r->casters,
+        .light = l,
+        .waved = r->waved,
+        .physical = r->options.physical_radiance,
+        .seen_stride = seen ? (int)ceil(sqrt(rays / WAVE_SEEN_RAYS)) : 0,
+        .key = rng_combine(s->key, l->stream),
+        .pass = (uint32_t)r->passes,
+        .rays = r->photons_per_pass,
+        .places = (uint32_t)clamp(ceil(places / passes), 1, fmax(1, rays / casters / square(WAVE_CELLS))),
+        .cancel = &r->cancel};
+    return wave_pass(&run, r->view, r->pool, &s->images, &s->deposits, &group->wave_account, err);
+}
+
 /* One light's pass of one layer, added to the group's pass image. */
 static cau_result light_pass(PassState *s, size_t light, int kind, const GatherRun *gather, CauError *err) {
     cau_render *r = s->r;
     const Light *l = &r->scene.lights[light];
+    const LightPlan *plan = &r->plan.lights[light];
     RenderGroup *group = &r->groups[r->group_of_light[light]];
     PhotonRun run = {.scene = &r->scene,
         .trace = r->trace,
@@ -63,6 +114,7 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
         .aim = {kind ? &r->surfaces : &r->casters, kind ? &r->casters : NULL, INDIRECT_SHARE},
         .casters = &r->casters,
         .owner = kind ? OWNER_INDIRECT : OWNER_DIRECT,
+        .waved = !kind && plan->wave ? r->waved : NULL,
         .physical = r->options.physical_radiance,
         .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->passes + (uint64_t)kind),
         .photons = r->photons_per_pass,
@@ -70,7 +122,10 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
         .bent_photons = render_bent_photons(r, l, kind, r->photons_per_pass),
         .bent_account = &group->bent[kind],
         .cancel = &r->cancel};
-    CAU_TRY(photons_trace(&run, r->pool, &s->deposits, &group->accounts[kind], err));
+    s->deposits.count = 0;
+    if (kind || plan->photons)
+        CAU_TRY(photons_trace(&run, r->pool, &s->deposits, &group->accounts[kind], err));
+    if (!kind && plan->wave) CAU_TRY(light_wave(s, l, plan->places, group, err));
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
     return gather_photons(gather, &s->supports[kind], &s->tree, r->pool, &s->images, err);
 }
@@ -151,7 +206,9 @@ static cau_result photon_pass(PassState *s, CauError *err) {
         .filter = &r->filter,
         .key = s->key,
         .pass = (uint32_t)r->passes,
-        .samples = eye_samples(r),
+        .samples = render_waves_alone(r) ? 1 : eye_samples(r),
+        .busy = r->view ? wave_view_busy(r->view) : NULL,
+        .samples_busy = render_waves_alone(r) ? EYE_SAMPLES_BUSY : eye_samples(r),
         .x0 = r->region[0],
         .y0 = r->region[1],
         .x1 = r->region[2],

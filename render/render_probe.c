@@ -111,6 +111,54 @@ static cau_result probe_layer(Probe *p, const GatherRun *gather, size_t light, P
     return CAU_OK;
 }
 
+/* Distance of a deposit from the nearest caster. */
+static double throw_of(const Aim *casters, const Deposit *d) {
+    V3 p = v3((double)d->position[0], (double)d->position[1], (double)d->position[2]);
+    double nearest = INFINITY;
+    for (size_t k = 0; k < casters->count; k++)
+        nearest = fmin(nearest, v3_length(v3_sub(p, casters->balls[k].center)));
+    return nearest;
+}
+
+/* Diameter of the light as a caster sees it, in radians: of a disk it is 2 sqrt(2) times the places' spread.
+ */
+static double diameter_of(const Light *light, const Ball *around) {
+    enum { PLACES = 64 };
+    V3 sum = v3(0, 0, 0);
+    double square_sum = 0, distance = 1;
+    if (light->delta) return 0;
+    for (uint32_t k = 0; k < PLACES; k++) {
+        EmitStart start;
+        light->kind->emit_start(light, sobol_owen(k, 0, 1), sobol_owen(k, 1, 1), &start);
+        V3 at = light->infinite ? start.dir : start.position;
+        if (!light->infinite && k == 0) distance = fmax(v3_length(v3_sub(at, around->center)), 1e-9);
+        sum = v3_add(sum, v3_scale(at, 1.0 / PLACES));
+        square_sum += v3_dot(at, at) / PLACES;
+    }
+    return 2 * sqrt(2) * sqrt(fmax(0, square_sum - v3_dot(sum, sum))) / distance;
+}
+
+/* Adds a pass's part of the mean blur of each light. */
+static void probe_blur(Probe *p, size_t light, LightProbe *probe) {
+    double size = 0, thrown = 0, points = 0;
+    for (int y = 0; y < p->scene.camera.height; y++)
+        for (size_t i = 0; i < p->points.rows[y].count; i++, points++)
+            size += (double)p->points.rows[y].items[i].size;
+    for (size_t i = 0; i < p->deposits.count; i++) thrown += throw_of(&p->r->casters, &p->deposits.items[i]);
+    if (!(size > 0) || p->deposits.count == 0) return;
+    double pixel = size / points * p->scene.camera.width / p->r->scene.camera.width;
+    double all = 0, deep = 0;
+    for (size_t i = 0; i < p->deposits.count; i++) {
+        const Deposit *d = &p->deposits.items[i];
+        double flux = (double)d->flux[0] + (double)d->flux[1] + (double)d->flux[2];
+        all += flux;
+        if (d->glossy + d->transmission >= PHOTONS_WAVE_DEPTH) deep += flux;
+    }
+    if (all > 0) probe->deep_share += deep / all / PROBE_PASSES;
+    probe->blur_pixels += diameter_of(&p->scene.lights[light], &p->r->casters.around) * thrown /
+                          (double)p->deposits.count / pixel / PROBE_PASSES;
+}
+
 typedef struct Spread {
     double sum, square_sum;
 } Spread;
@@ -147,6 +195,7 @@ static cau_result probe_photons(Probe *p, LightProbe *probes, Spread *spreads, u
             double mean;
             uint64_t *count = k ? &probes[i].indirect_deposits : &probes[i].direct_deposits;
             CAU_TRY(probe_layer(p, &gather, i, k ? OWNER_INDIRECT : OWNER_DIRECT, pass, &mean, count, err));
+            if (k == 0) probe_blur(p, i, &probes[i]);
             spreads[2 * i + (size_t)k].sum += mean;
             spreads[2 * i + (size_t)k].square_sum += mean * mean;
         }
@@ -181,7 +230,37 @@ static cau_result probe_hits(Probe *p, LightProbe *probes, CauError *err) {
     return CAU_OK;
 }
 
+/* A wavefront pays where neighbouring rays agree. Of casters whose map is too fine for that photons have the
+ * smooth paths too; the share is that of `docs/architecture.md`. */
+#define WAVE_LEFT_MAX 0.35
+
+static cau_result probe_wave(const Probe *p, size_t light, size_t object, CauError *err) {
+    cau_render *r = p->r;
+    WaveRun run = {.scene = &r->scene,
+        .trace = r->trace,
+        .casters = &r->casters,
+        .light = &r->scene.lights[light],
+        .waved = r->waved,
+        .key = p->key,
+        .places = 1,
+        .cancel = &r->cancel};
+    WaveProbe found;
+    CAU_TRY(wave_probe(&run, (int)object, &found, err));
+    if (found.left > WAVE_LEFT_MAX * (found.left + found.landed)) r->waved[object] = false;
+    return CAU_OK;
+}
+
+static cau_result probe_waves(Probe *p, CauError *err) {
+    cau_render *r = p->r;
+    if (r->options.estimator != CAU_ESTIMATOR_AUTO) return CAU_OK;
+    for (size_t i = 0; i < r->scene.light_count; i++)
+        for (size_t o = 0; o < r->scene.object_count; o++)
+            if (r->waved[o] && r->scene.lights[i].casts) CAU_TRY(probe_wave(p, i, o, err));
+    return CAU_OK;
+}
+
 static cau_result probe_all(Probe *p, LightProbe *probes, Spread *spreads, CauError *err) {
+    CAU_TRY(probe_waves(p, err));
     for (uint32_t pass = 0; pass < PROBE_PASSES; pass++) {
         CAU_TRY(probe_cycles(p, pass, probes, err));
         CAU_TRY(probe_photons(p, probes, spreads, pass, err));
@@ -194,8 +273,9 @@ static cau_result probe_all(Probe *p, LightProbe *probes, Spread *spreads, CauEr
 }
 
 cau_result render_probe(cau_render *r, CauError *err) {
-    int indirect = r->options.indirect;
-    if (!plan_scene_can_have_caustics(&r->scene)) return plan_make(&r->plan, &r->scene, NULL, indirect, err);
+    PlanChoice choice = {r->options.indirect,
+        r->options.estimator == CAU_ESTIMATOR_P ? PLAN_ESTIMATOR_P : PLAN_ESTIMATOR_AUTO, r->waved};
+    if (!plan_scene_can_have_caustics(&r->scene)) return plan_make(&r->plan, &r->scene, NULL, &choice, err);
     size_t n = r->scene.light_count;
     LightProbe *probes = array_new(n, sizeof *probes);
     Spread *spreads = array_new(2 * n, sizeof *spreads);
@@ -204,7 +284,7 @@ cau_result render_probe(cau_render *r, CauError *err) {
                             ? probe_prepare(&p, r, err)
                             : error_set(err, CAU_ERROR_RESOURCE, "out of memory for the probes");
     if (result == CAU_OK) result = probe_all(&p, probes, spreads, err);
-    if (result == CAU_OK) result = plan_make(&r->plan, &r->scene, probes, indirect, err);
+    if (result == CAU_OK) result = plan_make(&r->plan, &r->scene, probes, &choice, err);
     for (size_t i = 0; probes && i < n; i++) free(probes[i].object_hits);
     probe_free(&p);
     free(probes);

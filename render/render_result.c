@@ -141,8 +141,10 @@ static void film_report(const Film *f, double *error, double *mean) {
 cau_light_report cau_render_light(const cau_render *r, size_t index) {
     if (index >= r->group_count) return (cau_light_report){.light = ""};
     const RenderGroup *g = &r->groups[index];
+    FluxAccount direct = g->accounts[0];
+    flux_account_add(&direct, &g->wave_account);
     cau_light_report report = {.light = g->name,
-        .direct = flux_in_watts(r, &g->accounts[0]),
+        .direct = flux_in_watts(r, &direct),
         .indirect = flux_in_watts(r, &g->accounts[1]),
         .direct_bent = flux_in_watts(r, &g->bent[0]),
         .indirect_bent = flux_in_watts(r, &g->bent[1])};

@@ -19,7 +19,7 @@ extern "C" {
 
 typedef struct cau_render cau_render;
 
-enum { CAU_ESTIMATOR_AUTO = 0, CAU_ESTIMATOR_P = 1, CAU_ESTIMATOR_R = 2 };
+enum { CAU_ESTIMATOR_AUTO = 0, CAU_ESTIMATOR_P = 1, CAU_ESTIMATOR_R = 2, CAU_ESTIMATOR_W = 3 };
 /** Which layers are wanted (a bit mask). */
 enum {
     CAU_WANT_RADIANCE = 1,   /**< direct caustics, always there */
@@ -36,12 +36,12 @@ typedef struct cau_render_options {
     double time_s;    /**< wall seconds; 0: no limit */
     double error;     /**< RMSE over RMS of the layers' pixels, total over lights; 0: no limit */
     uint64_t seed;
-    unsigned threads;      /**< 0: one per processor */
-    int width, height;     /**< 0: as in the scene */
-    int region[4];         /**< x0, y0, x1, y1 in pixels, exclusive ends; all 0: the whole picture */
-    int estimator;         /**< CAU_ESTIMATOR_* */
-    unsigned layers;       /**< CAU_WANT_* */
-    int indirect;          /**< CAU_INDIRECT_* */
+    unsigned threads;  /**< 0: one per processor */
+    int width, height; /**< 0: as in the scene */
+    int region[4];     /**< x0, y0, x1, y1 in pixels, exclusive ends; all 0: the whole picture */
+    int estimator;     /**< CAU_ESTIMATOR_*; W: wavefronts wherever they can be had; auto: where they pay */
+    unsigned layers;   /**< CAU_WANT_* */
+    int indirect;      /**< CAU_INDIRECT_* */
     int physical_radiance; /**< 1: radiance scales with n^2 at interfaces as in nature; 0: as Cycles does */
     size_t memory_bytes;   /**< budget; 0: 2 GiB */
 } cau_render_options;

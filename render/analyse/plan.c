@@ -59,12 +59,37 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
     return mean + 1.645 * error;
 }
 
-static void plan_light(LightPlan *plan, const Light *light, const LightProbe *p, int choice) {
+/* Distance between the places on a light, in pixels where their light lands: farther apart each would show
+ * its own picture. */
+#define PLACE_PIXELS 1.5
+/* What estimator W may leave out of its long paths; beyond it photons carry them. */
+#define DEEP_SHARE 1e-4
+
+/* W for the smooth paths of lights that are seen as small from the casters, P for what holds a rough
+ * scattering, long chains, and casters that W cannot follow. */
+static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *light, const LightProbe *probe,
+    const PlanChoice *choice) {
+    bool world = light->infinite && strcmp(light->kind->name, "world") == 0, waved = false;
+    bool photons = probe->deep_share > DEEP_SHARE;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        if (!casts(scene, &scene->objects[i])) continue;
+        waved |= choice->waved[i];
+        photons |= !choice->waved[i] || (scene->materials[scene->objects[i].material].lobes & LOBE_GLOSSY);
+    }
+    plan->wave = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && !world;
+    plan->places = fmax(1, square(probe->blur_pixels / PLACE_PIXELS));
+    plan->photons = plan->direct && (!plan->wave || photons);
+}
+
+static void plan_light(
+    LightPlan *plan, const Scene *scene, const Light *light, const LightProbe *p, const PlanChoice *choices) {
+    int choice = choices->indirect;
     double own = own_mean(p);
     plan->direct = light->casts && p->direct_deposits > 0;
     plan->indirect = false;
     plan->left_out_share = 0;
     if (!light->casts) return;
+    plan_estimator(plan, scene, light, p, choices);
     double bound = upper_bound(p->indirect_mean, p->indirect_error, p->indirect_deposits, p->probes, own);
     double share = own > 0 ? bound / own : 0;
     bool some = p->indirect_deposits > 0;
@@ -85,7 +110,7 @@ static const char *caster_words(const Material *m) {
 }
 
 static void explain_light(
-    Text *t, const Scene *s, const Light *l, const LightProbe *p, const LightPlan *plan) {
+    Text *t, const Scene *s, const Light *l, const LightProbe *p, const LightPlan *plan, const bool *waved) {
     double own = own_mean(p), percent = own > 0 ? 100 / own : 0;
     if (!l->casts) {
         say(t, "Light \"%s\": told not to cast caustics; its layer is black.\n", l->name);
@@ -99,10 +124,14 @@ static void explain_light(
             l->name, p->probes ? 300.0 / (double)p->probes : 0);
     else
         say(t,
-            "Light \"%s\": direct caustics by photons (P), about %.2g %% of the light's own contribution to "
+            "Light \"%s\": direct caustics by %s, about %.2g %% of the light's own contribution to "
             "the"
             " view.\n",
-            l->name, p->direct_mean * percent);
+            l->name,
+            !plan->wave     ? "photons (P)"
+            : plan->photons ? "wavefronts (W), the rest by photons (P)"
+                            : "wavefronts (W)",
+            p->direct_mean * percent);
     if (plan->indirect)
         say(t, "Light \"%s\": indirect caustics by photons (P), about %.2g %%.\n", l->name,
             p->indirect_mean * percent);
@@ -112,8 +141,10 @@ static void explain_light(
     for (size_t i = 0; p->object_hits && i < s->object_count; i++) {
         const Object *o = &s->objects[i];
         if (!casts(s, o) || p->object_hits[i] == 0) continue;
-        say(t, "  \"%s\" on \"%s\": %s; %.3g %% of the aimed light meets it first.\n", l->name, o->name,
-            caster_words(&s->materials[o->material]), 100.0 * (double)p->object_hits[i] / (double)p->probes);
+        say(t, "  \"%s\" on \"%s\": %s; %.3g %% of the aimed light meets it first; by %s.\n", l->name,
+            o->name, caster_words(&s->materials[o->material]),
+            100.0 * (double)p->object_hits[i] / (double)p->probes,
+            plan->wave && waved[i] ? "wavefronts" : "photons");
     }
 }
 
@@ -136,15 +167,15 @@ static void explain_scene(Text *t, const Scene *s) {
 }
 
 cau_result plan_make(
-    Plan *out, const Scene *scene, const LightProbe *probes, int indirect_choice, CauError *err) {
+    Plan *out, const Scene *scene, const LightProbe *probes, const PlanChoice *choice, CauError *err) {
     *out = (Plan){.light_count = scene->light_count};
     out->lights = array_new(scene->light_count, sizeof *out->lights);
     Text text = {0};
     if (out->lights) {
         explain_scene(&text, scene);
         for (size_t i = 0; i < scene->light_count && probes; i++) {
-            plan_light(&out->lights[i], &scene->lights[i], &probes[i], indirect_choice);
-            explain_light(&text, scene, &scene->lights[i], &probes[i], &out->lights[i]);
+            plan_light(&out->lights[i], scene, &scene->lights[i], &probes[i], choice);
+            explain_light(&text, scene, &scene->lights[i], &probes[i], &out->lights[i], choice->waved);
         }
     }
     out->text = text.bytes;

@@ -17,11 +17,17 @@ typedef struct LightProbe {
     double direct_error, indirect_error; /**< standard errors of the two */
     uint64_t probes, caster_hits;        /**< rays towards casters, and those that met one first */
     uint64_t direct_deposits, indirect_deposits;
+    double deep_share;  /**< of the direct deposits' flux: after more scatterings than estimator W follows */
+    double blur_pixels; /**< how wide the light's extent spreads what a caster throws, in pixels of the
+                           picture */
     uint64_t *object_hits; /**< [object] first hits of the rays towards casters */
 } LightProbe;
 
 typedef struct LightPlan {
     bool direct, indirect;
+    bool wave;             /**< smooth direct caustics by estimator W */
+    double places;         /**< of estimator W: places on the light that all replicas together should have */
+    bool photons;          /**< direct caustics by estimator P: all, or what W leaves to it */
     double left_out_share; /**< upper bound (95 %) of what is left out, relative to the light's own
                               contribution */
 } LightPlan;
@@ -37,8 +43,17 @@ enum { PLAN_INDIRECT_AUTO, PLAN_INDIRECT_ON, PLAN_INDIRECT_OFF };
 /** The share of a light's own contribution below which an effect is left out. */
 #define PLAN_LEAVE_OUT (1.0 / 500)
 
+enum { PLAN_ESTIMATOR_AUTO, PLAN_ESTIMATOR_P };
+
+/** What the user asked for. */
+typedef struct PlanChoice {
+    int indirect;      /**< PLAN_INDIRECT_* */
+    int estimator;     /**< PLAN_ESTIMATOR_* */
+    const bool *waved; /**< [object] estimator W can follow its smooth paths */
+} PlanChoice;
+
 cau_result plan_make(
-    Plan *out, const Scene *scene, const LightProbe *probes, int indirect_choice, CauError *err);
+    Plan *out, const Scene *scene, const LightProbe *probes, const PlanChoice *choice, CauError *err);
 void plan_free(Plan *plan);
 
 /** Does anything in the scene cast, and does anything receive? Without both there is nothing to probe. */

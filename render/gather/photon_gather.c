@@ -83,6 +83,7 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     Sum *s = data;
     V3 place = v3((double)d->position[0], (double)d->position[1], (double)d->position[2]);
     s->found++;
+    if (d->audience != AUDIENCE_ALL && (d->audience == AUDIENCE_STRAIGHT) != s->point->straight) return;
     double height = v3_dot(v3_sub(place, s->point->position), s->normal), r = s->support->radius;
     /* The same surface only: by side and normal, by height, and by what stands in between. */
     if (fabs(height) > SUPPORT_HEIGHT * r) return;
@@ -134,8 +135,8 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
     if (!p->straight) add_rgb(job->out->seen, p->pixel, radiance);
     if (!p->straight) return;
     add_rgb(job->out->irradiance, p->pixel,
-        rgb_scale(irradiance, job->run->points->share * job->run->scene->camera.exposure));
-    if (job->out->coverage) job->out->coverage[p->pixel] += job->run->points->share;
+        rgb_scale(irradiance, (double)p->share * job->run->scene->camera.exposure));
+    if (job->out->coverage) job->out->coverage[p->pixel] += (double)p->share;
 }
 
 static void gather_row(void *data, size_t index, unsigned thread) {

@@ -88,6 +88,12 @@ static bool sample(const Material *m, const ShadingFrame *f, V3 wi, const double
     return true;
 }
 
+static double reflected(const Material *m, const ShadingFrame *f, V3 wi) {
+    LocalFrame l;
+    if (MATERIAL_DERIVED(GlassDerived, m)->straight != 0.0 || !frame_valid(f, wi, &l)) return 0.0;
+    return fresnel_dielectric(l.wi.z, relative_ior(m, f)).reflectance;
+}
+
 /* The half vector of wi and wo (local), or false where no microfacet connects them. */
 static bool half_vector(V3 wi, V3 wo, double eta, V3 *h) {
     V3 sum = wo.z > 0.0 ? v3_add(wi, wo) : v3_mad(wi, eta, wo);
@@ -116,5 +122,6 @@ const MaterialKind material_glass = {
     .data_size = sizeof(GlassParams),
     .prepare = prepare,
     .sample = sample,
+    .reflected = reflected,
     .eval = eval,
 };

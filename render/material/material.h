@@ -61,6 +61,9 @@ typedef struct MaterialKind {
      * is true when wi points towards the light (photons): then wo is the eye's side. */
     bool (*sample)(const Material *m, const ShadingFrame *f, V3 wi, const double u[3], unsigned lobes,
         bool from_light, ScatterSample *out);
+    /** Smooth interfaces that both reflect and refract: the share of light from wi that is reflected;
+     * sample() reflects when u[2] is less than it. NULL: one way on. */
+    double (*reflected)(const Material *m, const ShadingFrame *f, V3 wi);
     /** f |wo.ns| of the lobes with a density (diffuse, glossy) for an eye path, and the density with which
      *  sample() with the same `lobes` would draw wo. NULL: none. */
     Rgb (*eval)(const Material *m, const ShadingFrame *f, V3 wi, V3 wo, unsigned lobes, double *pdf);

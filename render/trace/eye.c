@@ -18,6 +18,7 @@ typedef struct EyeWalk {
     Rgb throughput;
     Chain chain;
     double distance;
+    uint32_t samples; /* of this pixel */
     bool straight;
 } EyeWalk;
 
@@ -35,6 +36,7 @@ static void add_point(EyeWalk *w, const Hit *hit, const ShadingFrame *frame, V3 
         .ng = {(float)frame->ng.x, (float)frame->ng.y, (float)frame->ng.z},
         .weight = {(float)weight.r, (float)weight.g, (float)weight.b},
         .size = (float)(camera_pixel_size(camera, w->distance) / sqrt(cosine)),
+        .share = (float)(1.0 / w->samples),
         .turn = (float)rng_next(&w->numbers.rng),
         .pixel = w->pixel,
         .object = hit->object,
@@ -75,21 +77,23 @@ static bool eye_surface(EyeWalk *w, const Hit *hit) {
 }
 
 static bool eye_roulette(EyeWalk *w, int depth) {
-    double keep = rgb_max(w->throughput) * w->run->samples / EYE_ROULETTE_THROUGHPUT;
+    double keep = rgb_max(w->throughput) * w->samples / EYE_ROULETTE_THROUGHPUT;
     if (keep >= 1 || (depth < EYE_ROULETTE_DEPTH && keep > 0.5)) return true;
     if (rng_next(&w->numbers.rng) >= keep) return false;
     w->throughput = rgb_scale(w->throughput, 1 / keep);
     return true;
 }
 
-static void walk_pixel(const EyeRun *run, struct EyeRow *row, int x, int y, uint32_t index) {
+static void walk_pixel(
+    const EyeRun *run, struct EyeRow *row, int x, int y, uint32_t samples, uint32_t index) {
     uint32_t pixel = (uint32_t)y * (uint32_t)run->scene->camera.width + (uint32_t)x;
     uint64_t key = rng_combine(run->key, pixel);
     EyeWalk w = {.run = run,
         .row = row,
         .pixel = pixel,
         .numbers = path_numbers(key, index),
-        .throughput = rgb_grey(1.0 / run->samples),
+        .throughput = rgb_grey(1.0 / samples),
+        .samples = samples,
         .straight = true};
     double fx = filter_sample(run->filter, sobol_owen(index, 0, key));
     double fy = filter_sample(run->filter, sobol_owen(index, 1, key));
@@ -111,8 +115,11 @@ static void walk_row(void *data, size_t index, unsigned thread) {
     struct EyeRow *row = &out->rows[y];
     row->count = 0;
     if (run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed)) return;
-    for (int x = run->x0; x < run->x1; x++)
-        for (uint32_t k = 0; k < run->samples; k++) walk_pixel(run, row, x, y, run->pass * run->samples + k);
+    for (int x = run->x0; x < run->x1; x++) {
+        size_t pixel = (size_t)y * (size_t)run->scene->camera.width + (size_t)x;
+        uint32_t samples = run->busy && run->busy[pixel] ? run->samples_busy : run->samples;
+        for (uint32_t k = 0; k < samples; k++) walk_pixel(run, row, x, y, samples, run->pass * samples + k);
+    }
 }
 
 cau_result eye_trace(const EyeRun *run, TaskPool *pool, EyePoints *out, CauError *err) {
@@ -123,7 +130,6 @@ cau_result eye_trace(const EyeRun *run, TaskPool *pool, EyePoints *out, CauError
             return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %d rows of eye points", height);
         out->height = height;
     }
-    out->share = 1.0 / run->samples;
     void *data[2] = {(void *)run, out};
     tasks_run(pool, (size_t)(run->y1 - run->y0), walk_row, data);
     if (run->cancel && atomic_load(run->cancel)) return CAU_ERROR_CANCELLED;

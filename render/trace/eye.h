@@ -16,6 +16,7 @@ typedef struct EyePoint {
     float ng[3];     /**< unit, on the eye's side */
     float weight[3]; /**< radiance at the pixel per irradiance here: throughput * albedo / pi * exposure */
     float size;      /**< edge of the pixel's footprint, scene units */
+    float share;     /**< of the eye path in its pixel: 1 / samples */
     float turn;      /**< a uniform number, for rotating probes */
     uint32_t pixel;
     int object;
@@ -32,7 +33,6 @@ typedef struct EyePoints {
         bool out_of_memory;
     } * rows;
     int height;
-    double share; /**< of each eye path in its pixel: 1 / samples */
 } EyePoints;
 
 typedef struct EyeRun {
@@ -40,10 +40,13 @@ typedef struct EyeRun {
     const TraceScene *trace;
     const PixelFilter *filter;
     bool physical;
-    uint64_t key;       /**< random stream of the whole render */
-    uint32_t pass;      /**< pass * samples is the index in each pixel's low-discrepancy sequence */
-    uint32_t samples;   /**< eye paths per pixel */
-    int x0, y0, x1, y1; /**< region in pixels, x1 and y1 exclusive */
+    uint64_t key;     /**< random stream of the whole render */
+    uint32_t pass;    /**< pass * samples is the index in each pixel's low-discrepancy sequence */
+    uint32_t samples; /**< eye paths per pixel */
+    const bool
+        *busy; /**< [pixel] the eye may see a receiver through glass or in a mirror there; NULL: not known */
+    uint32_t samples_busy; /**< eye paths of a busy pixel */
+    int x0, y0, x1, y1;    /**< region in pixels, x1 and y1 exclusive */
     const atomic_bool *cancel;
 } EyeRun;
 

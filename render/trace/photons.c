@@ -30,6 +30,7 @@ typedef struct Flight {
     Chain chain, first;    /* all scatterings; the one next to the light */
     unsigned left_visible; /* which rays see the surface left last */
     int depth;
+    bool waved; /* so far the path is estimator W's */
 } Flight;
 
 void flux_account_add(FluxAccount *sum, const FluxAccount *part) {
@@ -105,6 +106,7 @@ static PathOwner receive(Flight *f, const Hit *hit, const ShadingFrame *frame, V
     chain_add_from_light(&with, LOBE_DIFFUSE, false);
     PathOwner owner = chain_owner(&with);
     const Object *o = &f->run->scene->objects[hit->object];
+    if (f->waved && owner == OWNER_DIRECT) return OWNER_CYCLES;
     if (owner != f->run->owner || !o->receives || !(f->left_visible & VISIBLE_DIFFUSE)) return owner;
     deposit(f, hit, frame, wi);
     return owner;
@@ -118,6 +120,12 @@ static bool within_limits(const Flight *f) {
         f->chain.glossy - f->first.glossy, f->chain.transmission - f->first.transmission);
 }
 
+/* Smooth paths over waved objects alone are estimator W's, as far as it follows them. */
+static bool wave_goes_on(const Flight *f, const Hit *hit, const ScatterSample *s) {
+    return s->lobe == LOBE_SPECULAR && f->run->waved[hit->object] &&
+           f->chain.glossy + f->chain.transmission <= PHOTONS_WAVE_DEPTH;
+}
+
 static void advance(
     Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, const ScatterSample *s, bool corrected) {
     unsigned seen_by = f->ray.visibility; /* straight through: still the same ray */
@@ -127,6 +135,7 @@ static void advance(
         f->eta *= s->eta;
         bool is_first = f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
         chain_add_from_light(&f->chain, s->lobe, s->transmit);
+        if (f->waved && !wave_goes_on(f, hit, s)) f->waved = false;
         if (is_first) f->first = f->chain;
         f->unseen |= is_first && f->run->light->delta && s->lobe == LOBE_SPECULAR;
         f->left_visible = f->run->scene->objects[hit->object].visibility;
@@ -320,6 +329,7 @@ static void lamp_photon(const PhotonRun *run, PhotonBatch *b, uint32_t i) {
         .emitted = rgb_max(p.flux),
         .correction = 1,
         .eta = 1,
+        .waved = run->waved != NULL,
         .left_visible = 31u,
         .ray = ray_from_point(p.origin, p.dir, 0, INFINITY, VISIBLE_SHADOW)};
     fly(&f);

@@ -21,8 +21,13 @@ typedef struct Deposit {
     int16_t normal[2]; /**< octahedral, the geometric normal on the side that was hit */
     uint8_t diffuse, glossy,
         transmission; /**< scatterings without the receiver and without the one next to the light */
-    uint8_t reserved;
+    uint8_t audience; /**< AUDIENCE_*: which eye points gather it */
 } Deposit;
+
+/** Scatterings up to which a smooth path is estimator W's. */
+enum { PHOTONS_WAVE_DEPTH = 24 };
+
+enum { AUDIENCE_ALL, AUDIENCE_STRAIGHT, AUDIENCE_SEEN };
 
 /** Where the emitted flux went; scene flux units, uncorrected. emitted = landed + straight + absorbed +
  * escaped
@@ -31,7 +36,7 @@ typedef struct Deposit {
 typedef struct FluxAccount {
     Rgb emitted;  /**< left the light towards the targets, or a bent normal: see bent.h */
     Rgb landed;   /**< fell on receivers as caustic light */
-    Rgb straight; /**< fell on receivers without S or G before: Cycles has it */
+    Rgb straight; /**< fell on receivers without S or G before: Cycles has it; or by a path of estimator W */
     Rgb absorbed; /**< taken by surfaces */
     Rgb escaped;  /**< left the scene */
     Rgb cut;      /**< ended by the scene's own bounce limits */
@@ -49,6 +54,7 @@ typedef struct PhotonRun {
     const Light *light;
     AimMix aim;
     const Aim *casters;        /**< where light goes from a diffuse surface before it has met S or G */
+    const bool *waved;         /**< [object] smooth paths over such alone are estimator W's; NULL: none are */
     PathOwner owner;           /**< OWNER_DIRECT or OWNER_INDIRECT: which deposits are kept */
     bool physical;             /**< true: radiance scales with n^2 as in nature; false: as Cycles does */
     uint64_t key;              /**< random stream of this run */

@@ -7,7 +7,7 @@ from house import finish, lines, tracked
 BASE = {"core", "include/caustics"}
 SHARED = BASE | {"bridge", "image"}
 SCENE = {"render/scene", "render/material", "render/light"}
-STAGES = ["render/analyse", "render/emit", "render/trace", "render/gather", "render/film"]
+STAGES = ["render/analyse", "render/emit", "render/trace", "render/gather", "render/gather/wave", "render/film"]
 
 ALLOWED = {
     "core": BASE,

@@ -61,7 +61,7 @@ typedef struct Found {
 static void count_found(void *data, const Deposit *d, double distance2) {
     (void)distance2;
     Found *f = data;
-    f->times[d->reserved + 256u * d->diffuse + 65536u * d->glossy]++;
+    f->times[d->audience + 256u * d->diffuse + 65536u * d->glossy]++;
     f->count++;
 }
 
@@ -100,7 +100,7 @@ static Deposit *make_deposits(size_t count, uint64_t key, double grid) {
             double x = rng_next(&rng) * (k == 2 ? 0.1 : 1);
             items[i].position[k] = (float)(grid > 0 ? floor(x / grid) * grid : x);
         }
-        items[i].reserved = (uint8_t)(i & 255);
+        items[i].audience = (uint8_t)(i & 255);
         items[i].diffuse = (uint8_t)(i >> 8 & 255);
         items[i].glossy = (uint8_t)(i >> 16 & 255);
     }

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  What the files of estimator W share: fronts, corners, landings, landed triangles, the view. */
+#ifndef RENDER_GATHER_WAVE_WAVE_INTERNAL_H
+#define RENDER_GATHER_WAVE_WAVE_INTERNAL_H
+
+#include "render/gather/wave/wave.h"
+
+/* ---- fronts: a rectangle of light rays towards one caster (wave_front.c) ---- */
+
+/** (u, v) in the rectangle is a ray; `weight` of it times an area of (u, v) is flux. */
+typedef struct WaveFront {
+    const Light *light;
+    EmitStart start;
+    V3 axis, s, t; /* the plane's normal (direction of travel in the middle) and directions of u, v */
+    V3 center;     /* infinite lights: origin of u, v */
+    double back;   /* infinite lights: how far rays start before the plane of `center` */
+    double lo[2], hi[2];
+    double share; /* 1 / (density of the start * places) */
+    int object;   /* the caster */
+    bool tiled;   /* other fronts adjoin: rays must stay within lo and hi */
+    int n[2];     /* cells */
+} WaveFront;
+
+/** Fronts of one caster from one place on the light: at most 6 (a lamp within the caster). Their n is not
+ *  set. Returns how many. */
+enum { WAVE_FRONTS_MAX = 6 };
+int wave_fronts(const WaveRun *run, const EmitStart *start, int object, WaveFront *out);
+
+/** The ray at (u, v) and the flux per area of (u, v) that flows along it. */
+Ray wave_front_ray(const WaveFront *front, double u, double v, Rgb *weight);
+
+/* ---- corners: where a ray's light lands, along every path (wave_path.c) ---- */
+
+/** Light of one path on a receiver. */
+typedef struct WaveLanding {
+    uint64_t path;       /* surfaces, sides and events of the path, and the receiver */
+    V3 position, normal; /* normal: geometric, on the light's side */
+    Rgb weight;          /* irradiance-weighted flux per area of (u, v), as a Deposit's */
+    int object;
+    uint8_t glossy, transmission; /* as a Deposit's */
+    bool shown;                   /* within the bounce limits at receivers that the camera sees directly */
+} WaveLanding;
+
+typedef struct WaveLandings {
+    WaveLanding *items;
+    size_t count, capacity;
+    bool out_of_memory;
+} WaveLandings;
+
+/** A corner's landings are items [first, first + count) of its row. */
+typedef struct WaveCorner {
+    double u, v;
+    uint32_t first, count;
+    Rgb weight; /* what left the light and met the caster first; black: it did not */
+} WaveCorner;
+
+/** Follows the ray at (u, v). `area` (of (u, v)) is what the account counts for it; 0: not counted. */
+WaveCorner wave_corner(const WaveRun *run, const WaveFront *front, double u, double v, double area,
+    WaveLandings *landings, FluxAccount *account);
+
+/* ---- landed triangles ---- */
+
+typedef struct WaveTriangle {
+    double x[3], y[3]; /* raster position in subpixels */
+    float plane[4];    /* of the receiver around it: n.p + d */
+    float normal[3];   /* of the receiver, the light's side */
+    float reach;       /* how far off the plane the receiver may be, scene units */
+    float flux[3];
+    float per_area; /* 1 / scene area on a flat receiver; 0: spread by area in the picture */
+    int object;
+} WaveTriangle;
+
+typedef struct WaveBatch {
+    WaveTriangle *triangles;
+    size_t count, capacity;
+    Deposit *deposits;
+    size_t deposit_count, deposit_capacity;
+    FluxAccount account;
+    double landed, left; /* flux by triangles, flux left to photons */
+    bool out_of_memory;
+} WaveBatch;
+
+enum { WAVE_TILE = 64 }; /* cells along an edge of a tile */
+
+/** Cells [x0, x1) x [y0, y1) of a front. */
+typedef struct WaveTile {
+    const WaveFront *front;
+    uint64_t key; /* random stream of the front */
+    int x0, y0, x1, y1;
+} WaveTile;
+
+/** A tile's triangles and deposits into `out`, which is emptied first (wave_cells.c). Without a view nothing
+ * is drawn: only flux and rays are counted. */
+void wave_cells(const WaveRun *run, const WaveView *view, const WaveTile *tile, WaveBatch *out);
+
+/* ---- the view (wave_view.c), and triangles drawn on it (wave_raster.c) ---- */
+
+/** What a subpixel sees. */
+typedef struct WaveSubpixel {
+    float position[3], normal[3];
+    float per_flux;  /* irradiance per flux that falls on all of it */
+    float weight[3]; /* radiance at the pixel per irradiance */
+    int object;      /* -1: no receiver that the camera sees directly */
+    bool casts;      /* what the camera meets first mirrors, refracts or has a coat */
+} WaveSubpixel;
+
+struct WaveView {
+    const Scene *scene;
+    int scale;                 /* subpixels per pixel, along an edge */
+    int x0, y0, width, height; /* in subpixels, with a margin as wide as the filter around the region */
+    int region[4];             /* pixels */
+    int taps;                  /* length of `tap` */
+    double *tap;               /* the filter over the subpixels around a pixel; they sum to 1 */
+    WaveSubpixel *subpixels;   /* [height * width] */
+    bool *busy;                /* [picture's pixels] see wave_view_busy() */
+    float *irradiance;         /* [height * width * 3] of the light being drawn */
+    unsigned char *lit;        /* [height] a row holds light */
+};
+
+/** Raster position in subpixels; false: not in front of the camera. */
+bool wave_project(const WaveView *view, V3 p, double *x, double *y);
+
+/** Adds the triangles to the view's irradiance, in order, whatever the number of threads. */
+void wave_draw(WaveView *view, TaskPool *pool, const WaveBatch *batches, size_t batch_count);
+
+/** Filters the irradiance into the pass's images and clears it. */
+void wave_resolve(WaveView *view, TaskPool *pool, const PassImages *images);
+
+#endif

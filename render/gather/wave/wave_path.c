@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One ray of a wavefront along every smooth path: reflected and refracted at each interface. */
+#include "render/gather/wave/wave_internal.h"
+
+#include "core/checked.h"
+#include "core/rng.h"
+
+/* A path is followed for certain through this many partial reflections; each further one survives with
+ * probability REFLECT_KEEP. The decision is the path's own, the same for every ray of a replica, so that
+ * neighbouring rays still agree; a cut by throughput would draw false borders across the map. */
+enum { REFLECTIONS_SURE = 1, STACK = 64 };
+#define REFLECT_KEEP 0.5
+
+/* Below this share of the light at the start a path is dropped, and counted. */
+#define SHARE_MIN 1e-7
+
+/* Normals of flat facets are told apart to this many steps per unit. */
+#define FACET_STEPS 4096.0
+
+typedef struct Branch {
+    Ray ray;
+    Rgb flux;
+    double correction, eta;
+    Chain chain, first;
+    uint64_t path;
+    unsigned left_visible;
+    int depth, reflections;
+    bool met; /* the caster */
+} Branch;
+
+typedef struct Walk {
+    const WaveRun *run;
+    const WaveFront *front;
+    WaveLandings *landings;
+    FluxAccount *account; /* NULL: not counted */
+    double area, start;   /* start: largest channel of the light's weight */
+    Branch stack[STACK];
+    int count;
+    bool any; /* the caster was met */
+} Walk;
+
+static void tally(Walk *w, size_t offset, Rgb flux) {
+    if (!w->account) return;
+    Rgb *sum = (Rgb *)(void *)((char *)w->account + offset);
+    *sum = rgb_add(*sum, rgb_scale(flux, w->area));
+}
+#define TALLY(w, field, flux) tally(w, offsetof(FluxAccount, field), flux)
+
+static uint64_t mix(uint64_t path, uint64_t value) { return rng_combine(path, value); }
+
+/* What tells surfaces apart: the object and the side; on flat facets the normal too, for each is a map of its
+ * own. Facets that lie in one plane are one. */
+static uint64_t surface_of(const Hit *hit, bool front, const Object *o) {
+    uint64_t id = (uint64_t)(uint32_t)hit->object * 2 + front;
+    bool flat = !o->exact && (!o->mesh.normals || v3_dot(hit->ns, hit->ng) > 1 - 1e-12);
+    if (!flat) return id;
+    uint64_t x = (uint64_t)(int64_t)lrint(hit->ng.x * FACET_STEPS),
+             y = (uint64_t)(int64_t)lrint(hit->ng.y * FACET_STEPS),
+             z = (uint64_t)(int64_t)lrint(hit->ng.z * FACET_STEPS);
+    return mix(id, x * 0x1fffu * 0x1fffu + y * 0x1fffu + z);
+}
+
+static uint8_t byte_count(unsigned n) { return (uint8_t)(n < 255 ? n : 255); }
+
+/* ---- landing ---- */
+
+static void land(Walk *w, const Branch *b, const Hit *hit, const ShadingFrame *frame, V3 wi) {
+    double ns = v3_dot(wi, frame->ns), ng = v3_dot(wi, frame->ng);
+    if (ns <= 0 || ng <= 0) return;
+    double factor = b->correction * ns / ng;
+    if (!w->run->physical) factor /= square(b->eta);
+    Rgb weight = rgb_scale(b->flux, factor);
+    if (!rgb_finite(weight) || rgb_black(weight) || !v3_finite(hit->position)) {
+        if (w->account && !rgb_black(weight)) w->account->non_finite++;
+        return;
+    }
+    WaveLandings *l = w->landings;
+    if (!array_reserve((void **)&l->items, &l->capacity, l->count + 1, sizeof *l->items)) {
+        l->out_of_memory = true;
+        return;
+    }
+    unsigned glossy = b->chain.glossy - b->first.glossy,
+             transmission = b->chain.transmission - b->first.transmission;
+    l->items[l->count++] = (WaveLanding){.path = mix(b->path, (uint64_t)(uint32_t)hit->object),
+        .position = hit->position,
+        .normal = frame->ng,
+        .weight = weight,
+        .object = hit->object,
+        .glossy = byte_count(glossy),
+        .transmission = byte_count(transmission),
+        .shown = bounces_allow(&w->run->scene->bounces, 1, glossy, transmission)};
+}
+
+/* True when light of this branch that reaches a receiver here is a direct caustic. */
+static bool receives(const Branch *b, const Object *o) {
+    return b->chain.cast && o->receives && (b->left_visible & VISIBLE_DIFFUSE);
+}
+
+/* ---- going on ---- */
+
+/* The path's own decision, the same for all rays of a replica. */
+static bool survives(const Walk *w, uint64_t path, double keep) {
+    return rng_unit(rng_combine(rng_combine(w->run->key, w->run->pass), path)) < keep;
+}
+
+static void push(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, V3 wi, const ScatterSample *s,
+    double share, bool partial) {
+    unsigned seen_by = b->ray.visibility;
+    Branch next = *b;
+    next.flux = rgb_scale(rgb_mul(b->flux, s->weight), share);
+    if (s->lobe != LOBE_TRANSPARENT) {
+        const Object *o = &w->run->scene->objects[hit->object];
+        seen_by = VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION;
+        next.correction *= shading_adjoint(frame, wi, s->wo);
+        next.eta *= s->eta;
+        next.met = true;
+        bool is_first = b->chain.glossy + b->chain.transmission == 0;
+        chain_add_from_light(&next.chain, s->lobe, s->transmit);
+        if (is_first) next.first = next.chain;
+        next.left_visible = o->visibility;
+        next.path = mix(mix(b->path, surface_of(hit, frame->front, o)), s->transmit ? 2 : 1);
+        next.depth++;
+        if (!bounces_allow(&w->run->scene->bounces, 0, next.chain.glossy - next.first.glossy,
+                next.chain.transmission - next.first.transmission)) {
+            TALLY(w, cut, next.flux);
+            return;
+        }
+    }
+    double keep = 1;
+    if (partial && ++next.reflections > REFLECTIONS_SURE) keep *= REFLECT_KEEP;
+    if (next.depth > PHOTONS_WAVE_DEPTH) { /* estimator P's, in its account */
+        TALLY(w, emitted, rgb_scale(next.flux, -1));
+        return;
+    }
+    bool lost = rgb_max(next.flux) < SHARE_MIN * w->start || w->count == STACK;
+    if (lost || (keep < 1 && !survives(w, next.path, keep))) {
+        TALLY(w, dropped, next.flux);
+        return;
+    }
+    if (keep < 1) {
+        Rgb grown = rgb_scale(next.flux, 1 / keep);
+        TALLY(w, dropped, rgb_sub(next.flux, grown));
+        next.flux = grown;
+    }
+    next.ray = ray_from_hit(hit, s->wo, INFINITY, seen_by);
+    w->stack[w->count++] = next;
+}
+
+/* Both ways on from an interface; returns what neither takes. */
+static Rgb split(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, V3 wi, unsigned lobes) {
+    const Material *m = hit->material;
+    double reflected = m->kind->reflected ? m->kind->reflected(m, frame, wi) : 1;
+    Rgb left = b->flux;
+    for (int way = 0; way < 2; way++) {
+        double share = way ? 1 - reflected : reflected, u[3] = {0.5, 0.5, way ? 1 - 0x1p-53 : 0};
+        ScatterSample s;
+        if (!(share > 0) || !m->kind->sample(m, frame, wi, u, lobes, true, &s)) continue;
+        bool seen = s.lobe == LOBE_TRANSPARENT ||
+                    (light_is_seen(frame, wi) && (b->left_visible & visibility_after(s.lobe, s.transmit)));
+        if (!seen || !rgb_finite(s.weight)) continue;
+        Rgb on = rgb_scale(rgb_mul(b->flux, s.weight), share);
+        if (rgb_black(on)) continue;
+        left = rgb_sub(left, on);
+        push(w, b, hit, frame, wi, &s, share, m->kind->reflected && !s.transmit && reflected < 1);
+    }
+    return left;
+}
+
+/* One surface. The caster is met when the first thing that does not let light straight through is it. */
+static void surface(Walk *w, Branch *b, const Hit *hit) {
+    V3 wi = v3_neg(b->ray.dir);
+    const Object *o = &w->run->scene->objects[hit->object];
+    const Material *m = hit->material;
+    bool straight = m->lobes & LOBE_TRANSPARENT;
+    if (!b->met && !straight) {
+        if (hit->object != w->front->object) return;
+        b->met = true;
+    }
+    if (b->met && !w->any) {
+        w->any = true;
+        TALLY(w, emitted, b->flux);
+    }
+    ShadingFrame frame = frame_from_light(hit, wi);
+    unsigned lobes = m->lobes & (LOBE_SPECULAR | LOBE_TRANSPARENT);
+    bool waved = w->run->waved[hit->object];
+    if (!o->casts || !waved) lobes &= ~(unsigned)LOBE_SPECULAR;
+    bool lands = receives(b, o);
+    if (lands) land(w, b, hit, &frame, wi);
+    Rgb left = lobes ? split(w, b, hit, &frame, wi, lobes) : b->flux;
+    if (lands)
+        TALLY(w, landed, left);
+    else if (o->casts && !(m->lobes & LOBE_DIFFUSE) && ((m->lobes & LOBE_GLOSSY) || !waved))
+        TALLY(w, emitted, rgb_scale(left, -1)); /* the path goes on as estimator P's, in its account */
+    else
+        TALLY(w, absorbed, left);
+}
+
+WaveCorner wave_corner(const WaveRun *run, const WaveFront *front, double u, double v, double area,
+    WaveLandings *landings, FluxAccount *account) {
+    Walk w = {.run = run, .front = front, .landings = landings, .account = account, .area = area};
+    WaveCorner corner = {u, v, (uint32_t)landings->count, 0, rgb_grey(0)};
+    Rgb weight;
+    Ray ray = wave_front_ray(front, u, v, &weight);
+    w.start = rgb_max(weight);
+    if (!(w.start > 0) || !rgb_finite(weight)) return corner;
+    w.stack[w.count++] = (Branch){.ray = ray,
+        .flux = weight,
+        .correction = 1,
+        .eta = 1,
+        .path = (uint64_t)(uint32_t)front->object,
+        .left_visible = 31u};
+    while (w.count) {
+        Branch b = w.stack[--w.count];
+        Hit hit;
+        if (account) account->rays++;
+        if (trace_nearest(run->trace, &b.ray, &hit))
+            surface(&w, &b, &hit);
+        else if (b.met)
+            TALLY(&w, escaped, b.flux);
+    }
+    if (w.any) corner.weight = weight;
+    corner.count = (uint32_t)landings->count - corner.first;
+    return corner;
+}
