@@ -73,9 +73,10 @@ class Reader:
 def rough(reader, node, scope):
     if getattr(node, "distribution", "GGX") == "SHARP":
         return 0.0
-    if node.distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY"):
+    value = reader.number("roughness", socket(node, "Roughness"), scope)
+    if value > 0 and node.distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY"):
         reader.say(f"{node.distribution.title()} roughness is rendered as GGX")
-    return reader.number("roughness", socket(node, "Roughness"), scope)
+    return value
 
 
 def diffuse(reader, node, scope, depth):

@@ -4,12 +4,13 @@
 Each frame's layers are made before Cycles renders its picture, from the same dependency graph: a picture on disk so has its
 layers, also when the render is killed and started again. When the picture is written, the layers are added to it."""
 import os
+import shutil
 import time
 
 import bpy
 from bpy.app.handlers import persistent
 
-from . import engine, programs, switches, views
+from . import engine, pictures, programs, switches, views
 from .errors import Cancelled, CausticsError
 from .extract import Extract
 
@@ -71,7 +72,7 @@ class Session:
         finally:
             child.stop()
         child.check()
-        programs.keep(path, options.path("_caustics"))
+        pictures.keep(path, options.path("_caustics"))
         self.made[found.frame] = found.region, bool(found.textured)
         programs.remove(place)
 
@@ -86,17 +87,19 @@ class Session:
         if not format_.startswith("OPEN_EXR") or not os.path.exists(picture):
             return
         layered = format_ == "OPEN_EXR_MULTILAYER"
-        path = os.path.join(self.folder, "out.exr")
-        words = ["add", picture, options.path("_caustics"), "-o", path, "--keep-layers", "--beauty-space", views.color_space(scene)]
+        path, copy = (os.path.join(self.folder, name) for name in ("out.exr", "picture.exr"))
+        shutil.copyfile(picture, copy)
+        pictures.set_aspect(copy, views.aspect(scene.render))
+        words = ["add", copy, options.path("_caustics"), "-o", path, "--keep-layers", "--beauty-space", views.color_space(scene)]
         words += ["--pass", self.layer + ".Combined"] if layered else []
         if textured and layered:
-            words += ["--albedo", self.layer + "." + ("Diffuse Color" if bpy.app.version >= (5, 0, 0) else "DiffCol")]
+            words += ["--albedo", self.layer + "." + pictures.ALBEDO]
         if region and scene.render.use_crop_to_border:
             words += ["--offset", "{},{}".format(*region[:2])]
         child = programs.Child("caustic-merge", words, self.folder)
         child.process.wait()
         child.check()
-        programs.keep(path, options.path(""))
+        pictures.keep(path, options.path(""))
 
 
 @persistent

@@ -8,7 +8,7 @@ import time
 
 import bpy
 
-from . import engine, extract, programs, switches, views
+from . import engine, extract, pictures, programs, switches, views
 from .errors import Cancelled, CausticsError
 
 WAIT_S = 0.05
@@ -144,6 +144,7 @@ class Job:
             raise CausticsError("There is no last render; let the add-on render the picture.")
         settings = ("render", "image_settings")
         kept = switches.Switches(scene)
+        kept.keep(settings, ("media_type", "file_format", "color_mode", "color_depth", "exr_codec", "use_exr_interleave"))
         try:
             if hasattr(scene.render.image_settings, "media_type"):  # 5.0 on
                 kept.set(settings, "media_type", "MULTI_LAYER_IMAGE")
@@ -156,6 +157,7 @@ class Job:
             raise CausticsError(f"The picture could not be saved: {str(error).replace('Error: ', '').strip()}.") from None
         finally:
             kept.restore()
+        pictures.set_aspect(path, views.aspect(scene.render))
 
     # ---- layers and sum ----------------------------------------------------------------------------------------------
 
@@ -173,9 +175,9 @@ class Job:
         self.plan = self.child.output()
         self.said = [line for line in self.child.said() if not line.startswith("wrote ")]
         self.notes = self.extract.notes.lines + [s.partition(": ")[2] or s for s in self.said]
-        self.caustics = programs.keep(path, self.options.path("_caustics"))
+        self.caustics = pictures.keep(path, self.options.path("_caustics"))
         if self.options.keep_report:
-            programs.keep(report, self.options.path("_caustics", ".json"))
+            pictures.keep(report, self.options.path("_caustics", ".json"))
 
     def wait(self, child, follow):
         self.child = child
@@ -203,13 +205,13 @@ class Job:
         words = ["add", self.beauty, self.caustics, "-o", path, "--keep-layers", "--pass", f"{self.view_layer}.Combined"]
         words += ["--beauty-space", views.color_space(scene)]
         if self.albedo:
-            words += ["--albedo", self.view_layer + "." + ("Diffuse Color" if bpy.app.version >= (5, 0, 0) else "DiffCol")]
+            words += ["--albedo", self.view_layer + "." + pictures.ALBEDO]
         if self.extract.region and scene.render.use_crop_to_border:
             words += ["--offset", "{},{}".format(*self.extract.region[:2])]
         yield from self.wait(programs.Child("caustic-merge", words, self.folder), lambda child: None)
-        self.result = programs.keep(path, self.options.path(""))
+        self.result = pictures.keep(path, self.options.path(""))
         if self.options.keep_beauty:
-            self.beauty = programs.keep(self.beauty, self.options.path("_beauty"))
+            self.beauty = pictures.keep(self.beauty, self.options.path("_beauty"))
         else:
             self.beauty = None
 

@@ -140,28 +140,3 @@ def scratch(need_bytes=1 << 28):
 
 def remove(path):
     shutil.rmtree(path, ignore_errors=True)
-
-
-def keep(path, to):
-    """Moves a finished file to where the user wants it, whole or not at all."""
-    folder = os.path.dirname(to)
-    try:
-        os.makedirs(folder, exist_ok=True)
-        handle, beside = tempfile.mkstemp(prefix=".caustics-", dir=folder)
-        os.close(handle)
-        try:
-            shutil.copyfile(path, beside)
-            os.chmod(beside, 0o666 & ~current_umask())
-            os.replace(beside, to)
-        except OSError:
-            os.unlink(beside)
-            raise
-    except OSError as error:
-        raise CausticsError(f"{to} cannot be written ({error.strerror}); choose another output in the panel.") from None
-    return to
-
-
-def current_umask():
-    mask = os.umask(0o22)
-    os.umask(mask)
-    return mask

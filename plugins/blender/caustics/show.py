@@ -4,7 +4,7 @@ import os
 
 import bpy
 
-from . import programs
+from . import pictures, programs
 from .errors import CausticsError
 
 IMAGE = "Caustics"
@@ -32,7 +32,7 @@ def nodes(job):
     script = os.path.splitext(job.caustics)[0] + "_nodes.py"
     words = ["blender", job.caustics, "-o", script]
     if job.albedo:
-        words += ["--albedo", job.view_layer + ".DiffCol"]
+        words += ["--albedo", job.view_layer + "." + pictures.ALBEDO]
     place = programs.scratch()
     try:
         child = programs.Child("caustic-merge", words, place)

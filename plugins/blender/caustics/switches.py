@@ -25,6 +25,11 @@ class Switches:
             setattr(owner, name, value)
             self.kept.append((path, name, old))
 
+    def keep(self, path, names):
+        """Remembers values that setting another changes, as a file format its color depth. Put back in this order."""
+        owner = self.at(path)
+        self.kept += [(path, name, getattr(owner, name)) for name in reversed(names) if hasattr(owner, name)]
+
     def caustics_off(self):
         """Without these MNEE's shadow caustics make nothing either (measured), so its flags can stay."""
         self.set(("cycles",), "caustics_reflective", False)

@@ -16,6 +16,11 @@ def size(render):
     return render.resolution_x * render.resolution_percentage // 100, render.resolution_y * render.resolution_percentage // 100
 
 
+def aspect(render):
+    """Width of a pixel over its height."""
+    return render.pixel_aspect_x / render.pixel_aspect_y
+
+
 def region(render):
     """x0, y0, x1, y1 of the border, from the top left, ends exclusive; None for the whole picture."""
     if not render.use_border:
@@ -43,10 +48,10 @@ def camera(obj, scene, notes):
     w, h = size(render)
     if w < 1 or h < 1:
         raise CausticsError(f"The picture has {w} x {h} pixels; it must have one at least.")
-    aspect = render.pixel_aspect_x / render.pixel_aspect_y
-    wide = w * aspect >= h if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
-    to_width = 1.0 if wide else w * aspect / h  # what Blender measures along the fitted side, along the width
-    made = {"matrix": rows(m), "resolution": [w, h], "pixel_aspect": aspect, "clip": [float(data.clip_start), float(data.clip_end)],
+    stretch = aspect(render)
+    wide = w * stretch >= h if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
+    to_width = 1.0 if wide else w * stretch / h  # what Blender measures along the fitted side, along the width
+    made = {"matrix": rows(m), "resolution": [w, h], "pixel_aspect": stretch, "clip": [float(data.clip_start), float(data.clip_end)],
             "shift": [data.shift_x / to_width, data.shift_y / to_width]}
     if data.type == "ORTHO":
         made.update(type="orthographic", ortho_width=float(data.ortho_scale) * to_width)
