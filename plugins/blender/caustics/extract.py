@@ -3,6 +3,8 @@
 import json
 import os
 
+from mathutils import Matrix
+
 from . import lamps, meshes, views
 from .errors import CausticsError, Notes
 from .materials import Materials
@@ -20,7 +22,7 @@ class Extract:
 
     def __init__(self, folder, pointers=True):
         self.folder, self.pointers = folder, pointers
-        self.notes, self.triangles = Notes(), 0
+        self.notes, self.triangles, self.files = Notes(), 0, 0
         self.materials = Materials(self.notes)
         self.names, self.parts, self.objects, self.lights = set(), {}, [], []
         self.doc, self.region, self.view_layer, self.frame = None, None, "", 0
@@ -81,17 +83,31 @@ class Extract:
         key = (obj.type, obj.data.as_pointer() if obj.data else obj.original.name_full, tuple(m.name_full if m else "" for m in slots))
         if key not in self.parts or obj.type != "MESH" and not instance.is_instance:
             self.parts[key] = self.write_parts(obj, slots)
-        for material, smooth, file, count in self.parts[key]:
+        parts, matrix = self.parts[key], instance.matrix_world
+        if parts and singular(matrix):
+            parts, matrix = self.flattened(obj, parts, matrix), Matrix()
+        for material, smooth, file, count in parts:
             self.triangles += count
-            name = self.unique(obj.name if len(self.parts[key]) == 1 else f"{obj.name} ({material}{'' if smooth else ', flat'})")
+            name = self.unique(obj.name if len(parts) == 1 else f"{obj.name} ({material}{'' if smooth else ', flat'})")
             self.objects.append({"name": name, "file": file, "material": material, "smooth": smooth,
-                                 **self.placed(obj, instance.matrix_world), **self.visibility(obj, instance)})
+                                 **self.placed(obj, matrix), **self.visibility(obj, instance)})
 
     def placed(self, obj, matrix):
         rows = lamps.rows(matrix)
         if not all(abs(x) < 1e30 for row in rows for x in row):  # NaN is not less either
             raise CausticsError(f'Object "{obj.name}" is placed at a number that is not finite; check its transform and constraints.')
         return {"matrix": rows}
+
+    def flattened(self, obj, parts, matrix):
+        """Scaled to a sheet: its faces where they end up, which no matrix of the scene format can say."""
+        self.notes.add(f'Object "{obj.name}"', "its scale is 0 along an axis; it is taken as flat faces, without those of no area")
+        made = []
+        for material, _, file, _ in parts:
+            name = self.next_file()
+            count = meshes.flatten(os.path.join(self.folder, file), os.path.join(self.folder, name), lamps.rows(matrix))
+            if count:
+                made.append((material, False, name, count))
+        return made
 
     def visibility(self, obj, instance):
         who = [obj] + ([instance.parent] if instance.is_instance and instance.parent else [])
@@ -133,12 +149,20 @@ class Extract:
                     made.append((name, smooth, self.write(found, mask, smooth), int(mask.sum())))
         return made
 
+    def next_file(self):
+        os.makedirs(os.path.join(self.folder, "meshes"), exist_ok=True)
+        self.files += 1
+        return f"meshes/{self.files:05d}.ply"
+
     def write(self, found, mask, smooth):
-        folder = os.path.join(self.folder, "meshes")
-        os.makedirs(folder, exist_ok=True)
-        file = f"meshes/{len(os.listdir(folder)):05d}.ply"
+        file = self.next_file()
         meshes.write_ply(os.path.join(self.folder, file), *meshes.part(found, mask, smooth))
         return file
+
+
+def singular(matrix):
+    sides = lamps.scales(matrix)
+    return abs(matrix.to_3x3().determinant()) <= 1e-9 * max(max(sides) ** 3, 1e-30)
 
 
 def takes_part(obj, flag):

@@ -12,6 +12,7 @@ from . import engine, extract, pictures, programs, switches, views
 from .errors import Cancelled, CausticsError
 
 WAIT_S = 0.05
+BYTES_PER_TRIANGLE = 240  # at its peak: caustic-render with a mesh of 565,000 triangles, measured
 
 
 class Job:
@@ -140,7 +141,7 @@ class Job:
 
     def save_render(self, scene, path):
         image = bpy.data.images.get("Render Result")
-        if image is None or not image.has_data and self.options.beauty == "LAST":
+        if image is None:
             raise CausticsError("There is no last render; let the add-on render the picture.")
         settings = ("render", "image_settings")
         kept = switches.Switches(scene)
@@ -154,6 +155,8 @@ class Job:
             kept.set(settings, "exr_codec", "ZIP")
             image.save_render(path, scene=scene)
         except RuntimeError as error:
+            if self.options.beauty == "LAST":
+                raise CausticsError("There is no last render; let the add-on render the picture.") from None
             raise CausticsError(f"The picture could not be saved: {str(error).replace('Error: ', '').strip()}.") from None
         finally:
             kept.restore()
@@ -166,7 +169,18 @@ class Job:
         """Receivers with a texture take their color from the Diffuse Color pass."""
         return bool(self.extract.textured) and self.options.beauty == "RENDER"
 
+    def check_extract(self):
+        if not any(light.get("casts_caustics", True) for light in self.extract.doc["lights"]) and "world" not in self.extract.doc:
+            why = [line for line in self.extract.notes.lines if line.startswith(("Light", "World"))]
+            raise CausticsError("The scene has no light that can make caustics; add a sun, point, spot or area light"
+                                + (f" ({why[0]})." if why else "."))
+        need, have = self.extract.triangles * BYTES_PER_TRIANGLE, self.options.memory_bytes or programs.memory_bytes()
+        if need > have:
+            raise CausticsError(f"The scene's {self.extract.triangles / 1e6:.1f} million triangles need about {need / 2**30:.1f} GB of memory, more "
+                                f"than the {have / 2**30:.1f} GB there are for it; simplify it, or raise Memory in the panel.")
+
     def make_caustics(self):
+        self.check_extract()
         self.text = "Tracing photons"
         path = os.path.join(self.folder, "caustics.exr")
         report = os.path.join(self.folder, "report.json")

@@ -121,6 +121,8 @@ def read(mesh, pointers=True):
     if tri.min() < 0 or tri.max() >= len(co):
         raise CausticsError(f'Mesh "{mesh.name}" uses vertices that it does not have; run its validation.')
     material, smooth = face_flags(mesh)
+    if getattr(mesh, "normals_domain", "") == "FACE":  # 4.1 on: every edge is sharp, whatever the faces say
+        smooth[:] = False
     if material.any() or (smooth != smooth[0]).any():
         of = polygon_of_triangle(mesh)
         material, smooth = material[of], smooth[of]
@@ -179,3 +181,24 @@ def write_ply(path, co, tri, n):
         f.write("\n".join(header).encode())
         f.write(np.ascontiguousarray(co if n is None else np.concatenate([co, n], axis=1), "<f4").data)
         f.write(faces.data)
+
+
+def flatten(path, to, rows):
+    """Writes a PLY file of write_ply() as `to`, moved by a 4 x 4 matrix, without normals and without the triangles that
+    then have no area. Returns how many are left; with none there is no file."""
+    np = numpy()
+    with open(path, "rb") as f:
+        head, data = f.read().split(b"end_header\n", 1)
+    lines = head.decode().split("\n")
+    n, m = (int(next(line for line in lines if line.startswith("element " + e)).split()[2]) for e in ("vertex", "face"))
+    width = sum(line.startswith("property float") for line in lines)
+    co = np.frombuffer(data, "<f4", n * width).reshape(n, width)[:, :3].astype("f8")
+    tri = np.frombuffer(data, np.dtype([("n", "u1"), ("i", "<i4", 3)]), m, n * width * 4)["i"]
+    matrix = np.array(rows)
+    co = (co @ matrix[:3, :3].T + matrix[:3, 3]).astype("f4")
+    a, b, c = (co[tri[:, i]].astype("f8") for i in range(3))
+    area, side = np.linalg.norm(np.cross(b - a, c - a), axis=1), np.ptp(co, axis=0).max()
+    tri = tri[area > 1e-10 * side * side]
+    if len(tri):
+        write_ply(to, co, tri, None)
+    return len(tri)

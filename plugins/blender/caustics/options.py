@@ -27,6 +27,7 @@ class Options:
         if self.photons:
             self.error = self.time_s = 0
         self.beauty, self.indirect, self.seed, self.threads = beauty, indirect, int(seed), int(threads)
+        self.memory_bytes = as_bytes(memory)
         self.memory, self.error_layers, self.irradiance, self.full_float = memory, error_layers, irradiance, full_float
         self.keep_beauty, self.keep_report, self.pointers, self.estimator = keep_beauty, keep_report, pointers, estimator
 
@@ -55,6 +56,18 @@ class Options:
         made = copy.copy(self)
         made.output = f"{self.output}_{number:04d}"
         return made
+
+
+def as_bytes(text):
+    """0 where none is given."""
+    units = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30}
+    digits = text.rstrip("KMGkmg")
+    unit = units.get(text[len(digits):].upper())
+    if not text:
+        return 0
+    if unit is None or not digits.isdigit() or int(digits) * unit < 1 << 20:
+        raise CausticsError(f'memory is "{text}"; it must be a size of at least 1M, e.g. 512M.')
+    return int(digits) * unit
 
 
 def as_number(name, value, low, high):
