@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Speed, in CPU time: see docs/benchmarks.md.
+#   bench/speed/run.sh throughput [SCENE...]   photons against bare Embree on the same rays; where a pass spends its time
+#   bench/speed/run.sh shares [SCENE...]       smooth, rough, indirect: share of the dropped light, seconds to 5 %
+#   bench/speed/run.sh memory [SCENE]          peak memory against picture size
+# BUILD names the build folder [build-bench]. On two cores a minute, shares ten.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+build=${BUILD:-build-bench}
+[[ $build = /* ]] || build=$PWD/$build
+what=${1:-}
+shift || true
+
+make() {
+  cmake -G Ninja -B "$build" -DCAUSTICS_TESTS=OFF \
+    -DCMAKE_PROJECT_caustics_INCLUDE="$PWD/bench/speed/throughput.cmake" > /dev/null
+  cmake --build "$build" --target "$1" > /dev/null
+}
+
+case "$what" in
+throughput)
+  make throughput
+  [ $# -gt 0 ] || set -- aquarium still_life plastic_room pool
+  for scene in "$@"; do
+    printf '\n**%s**\n\n' "$scene"
+    "$build/bin/throughput" "scenes/$scene.json"
+  done
+  ;;
+shares)
+  make caustic-render
+  [ $# -gt 0 ] || set -- aquarium still_life plastic_room
+  CAUSTIC_RENDER="$build/bin/caustic-render" PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 bench/speed/shares.py "$@"
+  ;;
+memory)
+  make caustic-render
+  CAUSTIC_RENDER="$build/bin/caustic-render" /usr/bin/python3 bench/speed/memory.py "$@"
+  ;;
+*)
+  sed -n '3,7s/^# \{0,1\}//p' "$0"
+  exit 2
+  ;;
+esac
