@@ -16,7 +16,8 @@ def empty():
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 96, 54, 100
     scene.render.threads_mode, scene.render.threads = "FIXED", 2
     world = bpy.data.worlds.new("World")
-    world.color = (0, 0, 0)
+    world.use_nodes = True
+    next(n for n in world.node_tree.nodes if n.type == "BACKGROUND").inputs["Color"].default_value = (0, 0, 0, 1)
     scene.world = world
     return scene
 

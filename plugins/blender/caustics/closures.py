@@ -243,6 +243,11 @@ READERS = {
 }
 
 
+def tree_of(owner):
+    """The node tree of a material, world or light; None where it does without (5.0 on, all but lights have one)."""
+    return owner.node_tree if getattr(owner, "use_nodes", True) else None
+
+
 def output_of(tree):
     """The output node that Cycles takes."""
     outputs = [n for n in tree.nodes if n.type in ("OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT") and not n.mute]

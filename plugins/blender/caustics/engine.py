@@ -27,7 +27,7 @@ class Hook:
                 try:
                     hook.look(engine, depsgraph)
                 except Exception as error:  # Blender would print it and render on: keep it for the user
-                    hook.error = error
+                    hook.error = error.with_traceback(None)  # whose frames would keep the engine alive
             update(engine, data, depsgraph)
 
         CyclesRender.update = looking
@@ -54,7 +54,7 @@ class SceneReader(bpy.types.RenderEngine):
         try:
             SceneReader.look(self, depsgraph)
         except Exception as error:
-            SceneReader.error = error
+            SceneReader.error = error.with_traceback(None)
 
     def render(self, depsgraph):
         pass

@@ -66,7 +66,7 @@ def lamp(obj, matrix, name, say):
     color = [float(c) for c in data.color]
     if getattr(data, "use_temperature", False):
         color = [a * float(b) for a, b in zip(color, data.temperature_color)]
-    if data.use_nodes and data.node_tree:
+    if closures.tree_of(data):
         factor = node_factor(data.node_tree, say)
         if factor is None:
             return None
@@ -131,7 +131,7 @@ def world(item, say):
     if item is None:
         return None
     color, strength = [float(c) for c in item.color], 1.0
-    if item.use_nodes and item.node_tree:
+    if closures.tree_of(item):
         output = closures.output_of(item.node_tree)
         if output and output.inputs["Volume"].is_linked:
             say("its volume is not built; it is left out")

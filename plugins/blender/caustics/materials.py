@@ -23,7 +23,7 @@ class Materials:
         def say(reason):
             self.notes.add(f'Material "{name}"', reason)
 
-        if not material.use_nodes or not material.node_tree:
+        if not closures.tree_of(material):
             return {"type": "diffuse", "color": [min(max(c, 0.0), 1.0) for c in material.diffuse_color[:3]]}
         output = closures.output_of(material.node_tree)
         if output is None:

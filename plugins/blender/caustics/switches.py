@@ -73,7 +73,7 @@ def tricks_of(scene):
     """(material or group, its name, node, output) of each such link in the scene's materials that cast caustics."""
     made = []
     for material in {slot.material for obj in scene.objects for slot in obj.material_slots if slot.material}:
-        output = closures.output_of(material.node_tree) if material.use_nodes and material.node_tree else None
+        output = closures.output_of(material.node_tree) if closures.tree_of(material) else None
         if output is None or material.library:
             continue
         reader = closures.Reader(lambda reason: None, material.name)
