@@ -33,6 +33,7 @@ typedef struct PassState {
     cau_render *r;
     EyePoints points;
     SupportRows supports[2];
+    double wave_radius;       /* of estimator W's photons in this pass, in footprints */
     double support_radius[2]; /* for which they were found in this pass */
     DepositList deposits;
     PhotonTree tree;
@@ -97,6 +98,7 @@ static cau_result light_wave(PassState *s, const Light *l, double places, Render
         .key = rng_combine(s->key, l->stream),
         .pass = (uint32_t)r->passes,
         .rays = r->photons_per_pass,
+        .radius_pixels = s->wave_radius,
         .places = (uint32_t)clamp(ceil(places / passes), 1, fmax(1, rays / casters / square(WAVE_CELLS))),
         .cancel = &r->cancel};
     return wave_pass(&run, r->view, r->pool, &s->images, &s->deposits, &group->wave_account, err);
@@ -199,6 +201,12 @@ static uint32_t eye_samples(const cau_render *r) {
     return (uint32_t)clamp(r->photons_per_pass / pixels, 1, EYE_SAMPLES_MAX);
 }
 
+/* Without photons elsewhere, what is seen through glass and in mirrors is all that eye paths are for. */
+static uint32_t eye_samples_busy(const cau_render *r) {
+    uint32_t samples = eye_samples(r) * (render_waves_alone(r) ? 4 : 1);
+    return samples < EYE_SAMPLES_BUSY ? samples : EYE_SAMPLES_BUSY;
+}
+
 static cau_result photon_pass(PassState *s, CauError *err) {
     cau_render *r = s->r;
     EyeRun eye = {.scene = &r->scene,
@@ -206,9 +214,9 @@ static cau_result photon_pass(PassState *s, CauError *err) {
         .filter = &r->filter,
         .key = s->key,
         .pass = (uint32_t)r->passes,
-        .samples = render_waves_alone(r) ? 1 : eye_samples(r),
+        .samples = render_waves_alone(r) && !s->images.irradiance ? 0 : eye_samples(r),
         .busy = r->view ? wave_view_busy(r->view) : NULL,
-        .samples_busy = render_waves_alone(r) ? EYE_SAMPLES_BUSY : eye_samples(r),
+        .samples_busy = eye_samples_busy(r),
         .x0 = r->region[0],
         .y0 = r->region[1],
         .x1 = r->region[2],
@@ -218,6 +226,7 @@ static cau_result photon_pass(PassState *s, CauError *err) {
     CAU_TRY(eye_trace(&eye, r->pool, &s->points, err));
     double photons = (double)(r->passes + 1) * r->photons_per_pass;
     double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
+    s->wave_radius = RADIUS_DIRECT * fmin(shrink, 1);
     for (int kind = 0; kind < 2; kind++) {
         s->support_radius[kind] = -1; /* new eye points */
         double radius = (kind ? RADIUS_INDIRECT : RADIUS_DIRECT) * shrink;

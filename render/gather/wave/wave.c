@@ -109,7 +109,7 @@ static cau_result trace_tiles(const WaveRun *run, WaveView *view, TaskPool *pool
         tasks_run(pool, count, trace_tile, &job);
         if (run->cancel && atomic_load(run->cancel)) return CAU_ERROR_CANCELLED;
         for (size_t i = 0; i < count; i++) CAU_TRY(keep_deposits(&batches[i], rest, account, err));
-        wave_draw(view, pool, batches, count);
+        wave_draw(run->trace, view, pool, batches, count);
     }
     return CAU_OK;
 }
@@ -126,6 +126,7 @@ cau_result wave_pass(const WaveRun *run, WaveView *view, TaskPool *pool, const P
     wave_resolve(view, pool, images);
     for (size_t i = 0; batches && i < CHUNK_TILES; i++) {
         free(batches[i].triangles);
+        free(batches[i].splats);
         free(batches[i].deposits);
     }
     free(batches);

@@ -47,7 +47,8 @@ typedef struct WaveRun {
     uint64_t key;    /**< random stream of the light */
     uint32_t pass;   /**< replica: shifts the grid, draws the places on the light */
     uint32_t rays;   /**< about as many rays as this, for all casters and places together */
-    uint32_t places; /**< places on the light, at least 1; 1 for lights without extent */
+    double radius_pixels; /**< of the kernel of photons that receivers seen directly get, in footprints */
+    uint32_t places;      /**< places on the light, at least 1; 1 for lights without extent */
     const atomic_bool *cancel;
 } WaveRun;
 

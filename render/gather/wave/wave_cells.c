@@ -138,7 +138,16 @@ static double claim(Cells *c, const WaveCorner *const corner[3], double area, bo
 
 /* ---- photons for the rest ---- */
 
-static void put_deposit(Cells *c, const WaveLanding *l, double scale, uint8_t audience) {
+static void put_splat(Cells *c, const WaveLanding *l, double scale, double turn) {
+    WaveBatch *b = c->out;
+    if (!array_reserve((void **)&b->splats, &b->splat_capacity, b->splat_count + 1, sizeof *b->splats))
+        b->out_of_memory = true;
+    else if (wave_splat(c->run, c->view, l, scale, turn, &b->splats[b->splat_count]))
+        b->splat_count++;
+}
+
+/* For receivers seen through glass or in mirrors. */
+static void put_deposit(Cells *c, const WaveLanding *l, double scale) {
     WaveBatch *b = c->out;
     if (!array_reserve(
             (void **)&b->deposits, &b->deposit_capacity, b->deposit_count + 1, sizeof *b->deposits)) {
@@ -150,7 +159,7 @@ static void put_deposit(Cells *c, const WaveLanding *l, double scale, uint8_t au
         .flux = {(float)(l->weight.r * scale), (float)(l->weight.g * scale), (float)(l->weight.b * scale)},
         .glossy = l->glossy,
         .transmission = l->transmission,
-        .audience = audience};
+        .audience = AUDIENCE_SEEN};
     normal_encode(l->normal, d->normal);
 }
 
@@ -176,7 +185,7 @@ static void leave_to_photon(Cells *c, const WaveCorner *const corner[3], double 
     WaveCorner ray = wave_corner(c->run, c->front, u, v, 0, &c->landings, &c->out->account);
     for (uint32_t i = 0; i < ray.count; i++) {
         const WaveLanding *l = &c->landings.items[ray.first + i];
-        if (!claimed(c, l->path)) put_deposit(c, l, area / chance, AUDIENCE_STRAIGHT);
+        if (!claimed(c, l->path)) put_splat(c, l, area / chance, rng_next(&rng));
     }
     c->landings.count = top;
 }
@@ -244,8 +253,7 @@ static double corner_share(const WaveFront *f, int i, int j) {
 }
 
 static void show_to_seen(Cells *c, const WaveCorner *corner, double area) {
-    for (uint32_t k = 0; k < corner->count; k++)
-        put_deposit(c, &c->landings.items[corner->first + k], area, AUDIENCE_SEEN);
+    for (uint32_t k = 0; k < corner->count; k++) put_deposit(c, &c->landings.items[corner->first + k], area);
 }
 
 /* Row j of the tile's corners. A corner counts in the tile whose first row and column it is, and at the far
@@ -275,7 +283,7 @@ static void drop_row(Cells *c, WaveCorner *row, int corners) {
 }
 
 void wave_cells(const WaveRun *run, const WaveView *view, const WaveTile *tile, WaveBatch *out) {
-    out->count = out->deposit_count = 0;
+    out->count = out->splat_count = out->deposit_count = 0;
     out->account = (FluxAccount){0};
     out->landed = out->left = 0;
     Cells c = {.run = run, .view = view, .front = tile->front, .out = out};

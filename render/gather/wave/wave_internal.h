@@ -38,6 +38,7 @@ typedef struct WaveLanding {
     V3 position, normal; /* normal: geometric, on the light's side */
     Rgb weight;          /* irradiance-weighted flux per area of (u, v), as a Deposit's */
     int object;
+    uint32_t primitive;
     uint8_t glossy, transmission; /* as a Deposit's */
     bool shown;                   /* within the bounce limits at receivers that the camera sees directly */
 } WaveLanding;
@@ -71,9 +72,19 @@ typedef struct WaveTriangle {
     int object;
 } WaveTriangle;
 
+/** A photon's light, spread by a kernel over the receiver around it. */
+typedef struct WaveSplat {
+    EyePoint point; /* where it landed; of its fields those that support.h needs */
+    Support support;
+    double x, y, reach; /* raster position and bound of its extent, subpixels */
+    float flux[3];
+} WaveSplat;
+
 typedef struct WaveBatch {
     WaveTriangle *triangles;
     size_t count, capacity;
+    WaveSplat *splats;
+    size_t splat_count, splat_capacity;
     Deposit *deposits;
     size_t deposit_count, deposit_capacity;
     FluxAccount account;
@@ -115,14 +126,23 @@ struct WaveView {
     WaveSubpixel *subpixels;   /* [height * width] */
     bool *busy;                /* [picture's pixels] see wave_view_busy() */
     float *irradiance;         /* [height * width * 3] of the light being drawn */
+    double *columns;           /* [thread][width][6], scratch of wave_resolve() */
     unsigned char *lit;        /* [height] a row holds light */
 };
 
 /** Raster position in subpixels; false: not in front of the camera. */
 bool wave_project(const WaveView *view, V3 p, double *x, double *y);
 
-/** Adds the triangles to the view's irradiance, in order, whatever the number of threads. */
-void wave_draw(WaveView *view, TaskPool *pool, const WaveBatch *batches, size_t batch_count);
+/** Prepares a photon's light for the view: false when the camera does not see it (wave_splat.c). */
+bool wave_splat(const WaveRun *run, const WaveView *view, const WaveLanding *landing, double scale,
+    double turn, WaveSplat *out);
+
+/** Adds a splat to the rows [y0, y1) of the view. */
+void wave_splat_draw(const TraceScene *trace, WaveView *view, const WaveSplat *splat, int y0, int y1);
+
+/** Adds triangles and splats to the view's irradiance, in order, whatever the number of threads. */
+void wave_draw(
+    const TraceScene *trace, WaveView *view, TaskPool *pool, const WaveBatch *batches, size_t batch_count);
 
 /** Filters the irradiance into the pass's images and clears it. */
 void wave_resolve(WaveView *view, TaskPool *pool, const PassImages *images);

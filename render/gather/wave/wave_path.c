@@ -86,6 +86,7 @@ static void land(Walk *w, const Branch *b, const Hit *hit, const ShadingFrame *f
         .normal = frame->ng,
         .weight = weight,
         .object = hit->object,
+        .primitive = hit->primitive,
         .glossy = byte_count(glossy),
         .transmission = byte_count(transmission),
         .shown = bounces_allow(&w->run->scene->bounces, 1, glossy, transmission)};

@@ -172,6 +172,7 @@ static void light_triangle(const Strip *s, const WaveTriangle *t) {
 /* ---- all ---- */
 
 typedef struct DrawJob {
+    const TraceScene *trace;
     WaveView *view;
     const WaveBatch *batches;
     size_t count, strips;
@@ -182,11 +183,16 @@ static void draw_strip(void *data, size_t index, unsigned thread) {
     const DrawJob *job = data;
     size_t height = (size_t)job->view->height;
     Strip s = {job->view, (int)(height * index / job->strips), (int)(height * (index + 1) / job->strips)};
-    for (size_t b = 0; b < job->count; b++)
-        for (size_t i = 0; i < job->batches[b].count; i++) light_triangle(&s, &job->batches[b].triangles[i]);
+    for (size_t b = 0; b < job->count; b++) {
+        const WaveBatch *batch = &job->batches[b];
+        for (size_t i = 0; i < batch->count; i++) light_triangle(&s, &batch->triangles[i]);
+        for (size_t i = 0; i < batch->splat_count; i++)
+            wave_splat_draw(job->trace, job->view, &batch->splats[i], s.y0, s.y1);
+    }
 }
 
-void wave_draw(WaveView *view, TaskPool *pool, const WaveBatch *batches, size_t batch_count) {
-    DrawJob job = {view, batches, batch_count, (size_t)tasks_threads(pool) * STRIPS_PER_THREAD};
+void wave_draw(
+    const TraceScene *trace, WaveView *view, TaskPool *pool, const WaveBatch *batches, size_t batch_count) {
+    DrawJob job = {trace, view, batches, batch_count, (size_t)tasks_threads(pool) * STRIPS_PER_THREAD};
     tasks_run(pool, job.strips, draw_strip, &job);
 }

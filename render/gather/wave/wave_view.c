@@ -4,7 +4,7 @@
 
 #include "core/checked.h"
 
-enum { SCALE_MAX = 4, PASSES_MAX = 64 };
+enum { SCALE_MAX = 4, PASSES_MAX = 64, FILL_ROWS = 8 };
 
 /* Corners of a pixel whose receivers lie in one plane: the subpixels between need no ray. */
 #define FLAT_COSINE (1 - 1e-9)
@@ -102,20 +102,28 @@ static void fill_pixel(const ViewJob *job, int px, int py, const Seen *const c[4
         }
 }
 
-static void fill_row(void *data, size_t index, unsigned thread) {
+static void look_along(const ViewJob *job, double y, Seen *row) {
+    const WaveView *v = job->view;
+    for (int x = 0; x <= v->width / v->scale; x++)
+        row[x] = look(v, job->run->trace, (double)v->x0 / v->scale + x, (double)v->y0 / v->scale + y);
+}
+
+static void fill_rows(void *data, size_t index, unsigned thread) {
     const ViewJob *job = data;
     WaveView *v = job->view;
-    if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
-    int pixels = v->width / v->scale;
+    int pixels = v->width / v->scale, rows = v->height / v->scale;
     Seen *above = job->corners + 2 * (size_t)thread * ((size_t)pixels + 1), *below = above + pixels + 1;
-    for (int x = 0; x <= pixels; x++) {
-        double rx = (double)v->x0 / v->scale + x, ry = (double)v->y0 / v->scale + (double)index;
-        above[x] = look(v, job->run->trace, rx, ry);
-        below[x] = look(v, job->run->trace, rx, ry + 1);
-    }
-    for (int x = 0; x < pixels; x++) {
-        const Seen *const c[4] = {&above[x], &above[x + 1], &below[x], &below[x + 1]};
-        fill_pixel(job, x, (int)index, c);
+    look_along(job, (double)(index * FILL_ROWS), above);
+    for (int y = (int)index * FILL_ROWS; y < ((int)index + 1) * FILL_ROWS && y < rows; y++) {
+        if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
+        look_along(job, y + 1, below);
+        for (int x = 0; x < pixels; x++) {
+            const Seen *const c[4] = {&above[x], &above[x + 1], &below[x], &below[x + 1]};
+            fill_pixel(job, x, y, c);
+        }
+        Seen *swap = above;
+        above = below;
+        below = swap;
     }
 }
 
@@ -125,7 +133,7 @@ static void fill_row(void *data, size_t index, unsigned thread) {
  * its subpixels. */
 static bool make_taps(WaveView *v, const PixelFilter *filter) {
     enum { STEPS = 64 };
-    int margin = (int)ceil(filter->half_width - 0.5 + 1e-9);
+    int margin = (int)ceil(filter->half_width - 0.5 - 1e-9);
     if (margin < 0) margin = 0;
     v->taps = (2 * margin + 1) * v->scale;
     v->tap = array_new((size_t)v->taps, sizeof *v->tap);
@@ -158,7 +166,7 @@ static void busy_row(void *data, size_t index, unsigned thread) {
 const bool *wave_view_busy(const WaveView *view) { return view->busy; }
 
 static void set_size(WaveView *v, const WaveViewRun *run) {
-    int margin = (int)ceil(run->filter->half_width - 0.5 + 1e-9);
+    int margin = (int)ceil(run->filter->half_width - 0.5 - 1e-9);
     if (margin < 0) margin = 0;
     double pixels = (double)(run->x1 - run->x0 + 2 * margin) * (run->y1 - run->y0 + 2 * margin);
     size_t each = sizeof(WaveSubpixel) + 3 * sizeof(float);
@@ -181,12 +189,14 @@ cau_result wave_view_create(WaveView **out, const WaveViewRun *run, TaskPool *po
     v->subpixels = array_new(count, sizeof *v->subpixels);
     v->irradiance = array_new(3 * count, sizeof *v->irradiance);
     v->lit = array_new((size_t)v->height, 1);
+    v->columns = array_new(6 * (size_t)v->width * tasks_threads(pool), sizeof *v->columns);
     v->busy = array_new((size_t)run->scene->camera.width * (size_t)run->scene->camera.height, 1);
     Seen *corners = array_new(2 * row * tasks_threads(pool), sizeof *corners);
-    bool ok = v->subpixels && v->irradiance && v->lit && v->busy && corners && make_taps(v, run->filter);
+    bool ok = v->subpixels && v->irradiance && v->lit && v->columns && v->busy && corners &&
+              make_taps(v, run->filter);
     if (ok) {
         ViewJob job = {v, run, corners};
-        tasks_run(pool, (size_t)(v->height / v->scale), fill_row, &job);
+        tasks_run(pool, (size_t)(v->height / v->scale + FILL_ROWS - 1) / FILL_ROWS, fill_rows, &job);
         tasks_run(pool, (size_t)(run->y1 - run->y0), busy_row, v);
     }
     free(corners);
@@ -201,6 +211,7 @@ void wave_view_free(WaveView **view) {
     if (!v) return;
     free(v->subpixels);
     free(v->irradiance);
+    free(v->columns);
     free(v->lit);
     free(v->busy);
     free(v->tap);
@@ -223,40 +234,42 @@ typedef struct ResolveJob {
     const PassImages *images;
 } ResolveJob;
 
-/* Sums one pixel's subpixels: radiance [0..2] and irradiance [3..5]. */
-static void resolve_pixel(const WaveView *v, int x, int y, double sum[6]) {
-    int left = (x - v->region[0]) * v->scale, top = (y - v->region[1]) * v->scale;
+/* Filters the rows of a pixel row into one: radiance [0..2] and irradiance [3..5] per column of subpixels. */
+static bool resolve_columns(const WaveView *v, int top, double *columns) {
+    bool any = false;
+    for (int j = 0; j < v->taps; j++) any |= v->lit[top + j];
+    if (!any) return false;
+    memset(columns, 0, 6 * (size_t)v->width * sizeof *columns);
     for (int j = 0; j < v->taps; j++) {
         if (!v->lit[top + j]) continue;
-        size_t row = (size_t)(top + j) * (size_t)v->width + (size_t)left;
-        for (int i = 0; i < v->taps; i++) {
-            const WaveSubpixel *p = &v->subpixels[row + (size_t)i];
-            if (p->object < 0) continue;
-            const float *e = &v->irradiance[3 * (row + (size_t)i)];
-            double tap = v->tap[i] * v->tap[j];
+        const WaveSubpixel *p = &v->subpixels[(size_t)(top + j) * (size_t)v->width];
+        const float *e = &v->irradiance[3 * (size_t)(top + j) * (size_t)v->width];
+        for (int x = 0; x < v->width; x++)
             for (int k = 0; k < 3; k++) {
-                double value = tap * (double)e[k];
-                sum[k] += value * (double)p->weight[k];
-                sum[3 + k] += value;
+                double value = v->tap[j] * (double)e[3 * x + k];
+                columns[6 * x + k] += value * (double)p[x].weight[k];
+                columns[6 * x + 3 + k] += value;
             }
-        }
     }
+    return true;
 }
 
 static void resolve_row(void *data, size_t index, unsigned thread) {
-    (void)thread;
     const ResolveJob *job = data;
     const WaveView *v = job->view;
     const Camera *camera = &v->scene->camera;
-    int y = v->region[1] + (int)index;
+    double *columns = v->columns + 6 * (size_t)thread * (size_t)v->width;
+    if (!resolve_columns(v, (int)index * v->scale, columns)) return;
+    size_t row = ((size_t)v->region[1] + index) * (size_t)camera->width;
     for (int x = v->region[0]; x < v->region[2]; x++) {
         double sum[6] = {0};
-        resolve_pixel(v, x, y, sum);
-        size_t at = 3 * ((size_t)y * (size_t)camera->width + (size_t)x);
-        for (int k = 0; k < 3; k++) {
-            job->images->radiance[at + (size_t)k] += sum[k];
-            if (job->images->irradiance)
-                job->images->irradiance[at + (size_t)k] += sum[3 + k] * camera->exposure;
+        const double *c = columns + 6 * (size_t)((x - v->region[0]) * v->scale);
+        for (int i = 0; i < v->taps; i++)
+            for (int k = 0; k < 6; k++) sum[k] += v->tap[i] * c[6 * i + k];
+        size_t at = 3 * (row + (size_t)x);
+        for (size_t k = 0; k < 3; k++) {
+            job->images->radiance[at + k] += sum[k];
+            if (job->images->irradiance) job->images->irradiance[at + k] += sum[3 + k] * camera->exposure;
         }
     }
 }
