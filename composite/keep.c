@@ -132,7 +132,7 @@ cau_result keep_header(const Job *job, ExrHeader *header) {
     memset(parts + before, 0, job->kept_count * sizeof *parts);
     header->part_count += job->kept_count;
     /* A file of several parts names them all. */
-    if (!parts[0].name) CAU_TRY(exr_part_set_name(&parts[0], "beauty", job->err));
+    if (!parts[0].name || !parts[0].name[0]) CAU_TRY(exr_part_set_name(&parts[0], "beauty", job->err));
     for (size_t k = 0; k < job->kept_count; k++)
         CAU_TRY(add_part(job, &parts[before + k], &parts[0], &job->kept[k]));
     CAU_TRY(copy_words(job, &parts[0]));

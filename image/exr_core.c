@@ -26,6 +26,14 @@ static void keep_message(exr_const_context_t context, exr_result_t code, const c
     atomic_flag_clear(&file->text_busy);
 }
 
+/* While a file is written the library calls its handler with the context's lock held, and asking for the user
+ * data would wait for that lock for ever. */
+static void drop_message(exr_const_context_t context, exr_result_t code, const char *message) {
+    (void)context;
+    (void)code;
+    (void)message;
+}
+
 static int64_t read_bytes(exr_const_context_t context, void *user, void *buffer, uint64_t bytes,
     uint64_t offset, exr_stream_error_func_ptr_t report) {
     (void)context;
@@ -106,6 +114,7 @@ cau_result exr_core_open_write(exr_context_t *out, ExrCoreFile *file, const char
     if (file->fd < 0)
         return error_set(err, CAU_ERROR_RESOURCE, "cannot write \"%s\": %s", path, strerror(errno));
     exr_context_initializer_t init = initializer(file);
+    init.error_handler_fn = drop_message;
     init.write_fn = write_bytes;
     exr_result_t code = exr_start_write(out, path, EXR_WRITE_FILE_DIRECTLY, &init);
     if (code == EXR_ERR_SUCCESS) return CAU_OK;

@@ -156,6 +156,7 @@ class Damaged(Case):
             self.assertEqual(self.limited("check", path).returncode, 1)
             self.limited("add", path, caustics, "-o", self.path("out.exr"), "--beauty-space", "ACEScg", "--offset", "0,0")
             self.limited("list", path)
+            self.limited("add", path, caustics, "-o", self.path("out.exr"), "--beauty-space", "ACEScg", "--offset", "0,0", "--keep-layers")
 
     def test_claims_beyond_the_file(self):
         """Headers alone, with sizes that no file of that length can hold."""
