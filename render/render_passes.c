@@ -21,9 +21,8 @@
 
 enum { EYE_SAMPLES_MAX = 16, EYE_SAMPLES_BUSY = 32 };
 
-/* Rays of a wavefront that leave a deposit for receivers seen through glass; cells along an edge of a
- * wavefront that have a place on a light of their own; replicas expected of a render without a limit. */
-#define WAVE_SEEN_RAYS 262144.0
+/* Cells along an edge of a wavefront that has a place on a light of its own; replicas expected of a render
+ * without a limit. */
 #define WAVE_CELLS 48.0
 /* Places on a light per square root of the rays at least: error by places and by cells stay in balance. */
 #define WAVE_PLACES 0.03
@@ -70,13 +69,6 @@ static void images_clear(PassState *s) {
     if (s->images.coverage) memset(s->images.coverage, 0, values / 3 * sizeof(double));
 }
 
-static bool any_seen(const EyePoints *points, const int region[4]) {
-    for (int y = region[1]; y < region[3]; y++)
-        for (size_t i = 0; i < points->rows[y].count; i++)
-            if (!points->rows[y].items[i].straight) return true;
-    return false;
-}
-
 /* One replica of a light's wavefronts; what it leaves to photons joins the deposits.
  * The gather that follows adds to what W has drawn. */
 static cau_result light_wave(PassState *s, const Light *l, double places, RenderGroup *group, CauError *err) {
@@ -86,7 +78,6 @@ static cau_result light_wave(PassState *s, const Light *l, double places, Render
     double casters = 0, rays = r->photons_per_pass,
            passes = r->passes_wanted ? (double)r->passes_wanted : WAVE_PASSES;
     for (size_t o = 0; o < r->scene.object_count; o++) casters += r->waved[o];
-    bool seen = any_seen(&s->points, r->region);
     if (!l->delta) places = fmax(places, WAVE_PLACES * sqrt(rays * passes / casters));
     WaveRun run = {.scene = &r->scene,
         .trace = r->trace,
@@ -94,7 +85,9 @@ static cau_result light_wave(PassState *s, const Light *l, double places, Render
         .light = l,
         .waved = r->waved,
         .physical = r->options.physical_radiance,
-        .seen_stride = seen ? (int)ceil(sqrt(rays / WAVE_SEEN_RAYS)) : 0,
+        .points = &s->points,
+        .y0 = r->region[1],
+        .y1 = r->region[3],
         .key = rng_combine(s->key, l->stream),
         .pass = (uint32_t)r->passes,
         .rays = r->photons_per_pass,

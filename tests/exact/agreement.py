@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""P against R in 8 x 8 blocks, layer by layer. Arguments: photons of P, camera paths of R (each per seed), scenes...
+"""P and W against R in 8 x 8 blocks, layer by layer. Arguments: photons of P and W, camera paths of R (each per seed), scenes...
 
 A block is tested where R's standard error (from its seeds) is under 2 % of it; the others count as untested. So does a
 layer whose mean R knows to no better than 2 %: its blocks without fireflies look certain and are all too dark. P's kernel
@@ -23,7 +23,7 @@ def pictures(path, estimator, count, layers, size):
     out = {}
     for seed in range(1, SEEDS + 1):
         # Seeds of the two estimators differ: they must not share their camera samples.
-        r = run(path, "--estimator", estimator, "--photons", count, "--seed", seed + (0 if estimator == "P" else 50),
+        r = run(path, "--estimator", estimator, "--photons", count, "--seed", seed + (50 if estimator == "R" else 0),
                 "--layers", layers, "--resolution", f"{size[0]}x{size[1]}")
         for name in r.layers:
             if name:
@@ -50,9 +50,13 @@ def softened(path):
 
 
 def compare(check, path, photons, paths, size):
-    name = os.path.splitext(os.path.basename(path))[0]
-    p = pictures(path, "P", photons, "radiance,indirect", size)
     r = pictures(path, "R", paths, "radiance,indirect", size)
+    for estimator in ("P", "W"):
+        compare_with(check, path, estimator, pictures(path, estimator, photons, "radiance,indirect", size), r, size)
+
+
+def compare_with(check, path, estimator, p, r, size):
+    name = os.path.splitext(os.path.basename(path))[0]
     for layer in sorted(r):
         mean_bias = 0.015 if size == SIZE else 0.06 if layer.endswith("_ind") else 0.04
         a, b = p[layer].mean(axis=0), r[layer].mean(axis=0)
@@ -63,7 +67,7 @@ def compare(check, path, photons, paths, size):
         mean_a, mean_b = p[layer].mean(axis=(1, 2)), r[layer].mean(axis=(1, 2))
         error = np.hypot(mean_a.std(ddof=1), mean_b.std(ddof=1)) / np.sqrt(SEEDS)
         if mean_b.std(ddof=1) / np.sqrt(SEEDS) > 0.02 * b.mean() > 0:
-            print(f"      {name:14} {layer:24} P/R {a.mean() / b.mean():.4f} +- {error / b.mean():.4f}; untested: R's own error")
+            print(f"      {name:14} {layer:24} {estimator}/R {a.mean() / b.mean():.4f} +- {error / b.mean():.4f}; untested: R's own error")
             continue
         share = 100 * tested.sum() / tested.size
         if b.mean() == 0:
@@ -73,7 +77,7 @@ def compare(check, path, photons, paths, size):
         worst = np.max(np.where(tested, np.abs(a - b) / np.maximum(b, b.mean()), 0)) if tested.any() else 0
         ok = outside.sum() <= 0.02 * tested.sum() and abs(ratio - 1) <= mean_bias + 2 * rel
         word = "untested" if not tested.any() else f"{outside.sum()} of {tested.sum()} outside, worst {100 * worst:.1f} %"
-        check.that(ok, f"{name:14} {layer:24} P/R {ratio:.4f} +- {rel:.4f}; tested {share:3.0f} % of blocks: {word}")
+        check.that(ok, f"{name:14} {layer:24} {estimator}/R {ratio:.4f} +- {rel:.4f}; tested {share:3.0f} % of blocks: {word}")
     sys.stdout.flush()
 
 

@@ -92,10 +92,21 @@ def fine_tube(check):
         check.that(e[dark].max() == 0 and e[~dark].max() > 0.9, f"fine tube, light {name}: leak {e[dark].max():.3g} of 1 (mean {e[dark].mean():.2g})")
 
 
+def fine_sheet(check):
+    """A finely meshed sheet of ior 1 that nearly touches the floor: even light below it, seen through it."""
+    rings = [[0.25 * k / 60, 0] for k in range(61)]
+    sheet = {"name": "Sheet", "shape": {"type": "lathe", "profile": rings, "segments": 256}, "position": [0, 0, 1e-4], "material": "air"}
+    s = scene(down_camera(0, 0, 0.5, 0.3, [16, 16]), [plane("Floor", [1, 1], [0, 0, 0]), sheet], [sun([0, 0, -1])])
+    e = irradiance(s, 1)
+    check.that(abs(e.mean() - 1) < 0.02 and 0.7 < e.min() and e.max() < 1.3,
+               f"fine sheet on the floor: mean {e.mean():.4f}, {e.min():.3f} to {e.max():.3f}")
+
+
 if __name__ == "__main__":
     found = Check()
     square(found)
     far_side(found)
     corner(found)
     fine_tube(found)
+    fine_sheet(found)
     found.end()

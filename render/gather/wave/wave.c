@@ -8,7 +8,7 @@
 #include "core/rng.h"
 
 /* Tiles whose triangles are held at once; they depend on the grid alone, never on the threads. */
-enum { CHUNK_TILES = 16, CELLS_MIN = 24, PROBE_CELLS = 48 };
+enum { SEEN_BANDS = 8, CHUNK_TILES = 16, CELLS_MIN = 24, PROBE_CELLS = 48 };
 
 typedef struct Tiles {
     WaveTile *items;
@@ -23,14 +23,23 @@ typedef struct Fronts {
 typedef struct CellsJob {
     const WaveRun *run;
     const WaveView *view;
+    const WaveSeen *seen; /* NULL: none */
+    const PassImages *images;
     const WaveTile *tiles;
+    size_t count;
     WaveBatch *batches;
 } CellsJob;
 
 static void trace_tile(void *data, size_t index, unsigned thread) {
     (void)thread;
     const CellsJob *job = data;
-    wave_cells(job->run, job->view, &job->tiles[index], &job->batches[index]);
+    wave_cells(job->run, job->view, job->seen != NULL, &job->tiles[index], &job->batches[index]);
+}
+
+static void light_band(void *data, size_t index, unsigned thread) {
+    (void)thread;
+    const CellsJob *job = data;
+    wave_seen_light(job->seen, index, job->batches, job->count, job->images);
 }
 
 /* ---- what to trace ---- */
@@ -101,17 +110,26 @@ static cau_result keep_deposits(const WaveBatch *b, DepositList *rest, FluxAccou
     return CAU_OK;
 }
 
-static cau_result trace_tiles(const WaveRun *run, WaveView *view, TaskPool *pool, const Tiles *tiles,
-    WaveBatch *batches, DepositList *rest, FluxAccount *account, CauError *err) {
+static cau_result trace_tiles(const WaveRun *run, WaveView *view, const WaveSeen *seen, TaskPool *pool,
+    const Tiles *tiles, WaveBatch *batches, const PassImages *images, DepositList *rest, FluxAccount *account,
+    CauError *err) {
     for (size_t first = 0; first < tiles->count; first += CHUNK_TILES) {
         size_t count = tiles->count - first < CHUNK_TILES ? tiles->count - first : CHUNK_TILES;
-        CellsJob job = {run, view, tiles->items + first, batches};
+        CellsJob job = {run, view, seen, images, tiles->items + first, count, batches};
         tasks_run(pool, count, trace_tile, &job);
         if (run->cancel && atomic_load(run->cancel)) return CAU_ERROR_CANCELLED;
         for (size_t i = 0; i < count; i++) CAU_TRY(keep_deposits(&batches[i], rest, account, err));
         wave_draw(run->trace, view, pool, batches, count);
+        if (seen) tasks_run(pool, SEEN_BANDS, light_band, &job);
     }
     return CAU_OK;
+}
+
+static bool any_seen(const WaveRun *run) {
+    for (int y = run->y0; y < run->y1; y++)
+        for (size_t i = 0; i < run->points->rows[y].count; i++)
+            if (!run->points->rows[y].items[i].straight) return true;
+    return false;
 }
 
 cau_result wave_pass(const WaveRun *run, WaveView *view, TaskPool *pool, const PassImages *images,
@@ -121,11 +139,17 @@ cau_result wave_pass(const WaveRun *run, WaveView *view, TaskPool *pool, const P
     WaveBatch *batches = array_new(CHUNK_TILES, sizeof *batches);
     cau_result result = batches ? all_fronts(run, &fronts, err)
                                 : error_set(err, CAU_ERROR_RESOURCE, "out of memory for wavefronts");
+    WaveSeen *seen = NULL;
+    if (result == CAU_OK && any_seen(run))
+        result = wave_seen_create(&seen, run->scene, run->points, run->y0, run->y1, SEEN_BANDS, err);
     if (result == CAU_OK) result = all_tiles(run, &fronts, &tiles, err);
-    if (result == CAU_OK) result = trace_tiles(run, view, pool, &tiles, batches, rest, account, err);
+    if (result == CAU_OK)
+        result = trace_tiles(run, view, seen, pool, &tiles, batches, images, rest, account, err);
     wave_resolve(view, pool, images);
+    wave_seen_free(&seen);
     for (size_t i = 0; batches && i < CHUNK_TILES; i++) {
         free(batches[i].triangles);
+        free(batches[i].seen);
         free(batches[i].splats);
         free(batches[i].deposits);
     }
@@ -146,7 +170,7 @@ cau_result wave_probe(const WaveRun *run, int object, WaveProbe *out, CauError *
     for (int i = 0; i < count && result == CAU_OK; i++) {
         fronts[i].n[0] = fronts[i].n[1] = PROBE_CELLS;
         WaveTile tile = {&fronts[i], rng_combine(run->key, (uint64_t)i), 0, 0, PROBE_CELLS, PROBE_CELLS};
-        wave_cells(run, NULL, &tile, &batch);
+        wave_cells(run, NULL, false, &tile, &batch);
         out->landed += batch.landed;
         out->left += batch.left;
         out->rays += batch.account.rays;

@@ -42,11 +42,12 @@ typedef struct WaveRun {
     const Light *light;
     const bool *waved; /**< [object] smooth paths over such objects alone are ours */
     bool physical;     /**< as PhotonRun.physical */
-    int seen_stride; /**< every so manyth ray leaves deposits for receivers seen through glass and in mirrors;
-                        0: none */
-    uint64_t key;    /**< random stream of the light */
-    uint32_t pass;   /**< replica: shifts the grid, draws the places on the light */
-    uint32_t rays;   /**< about as many rays as this, for all casters and places together */
+    int y0, y1;        /**< rows of the region */
+    const EyePoints
+        *points;   /**< of this pass; receivers seen through glass and in mirrors are found among them */
+    uint64_t key;  /**< random stream of the light */
+    uint32_t pass; /**< replica: shifts the grid, draws the places on the light */
+    uint32_t rays; /**< about as many rays as this, for all casters and places together */
     double radius_pixels; /**< of the kernel of photons that receivers seen directly get, in footprints */
     uint32_t places;      /**< places on the light, at least 1; 1 for lights without extent */
     const atomic_bool *cancel;

@@ -23,6 +23,7 @@ enum { CLAIMED_MAX = 192, SPLITS_MAX = 2 };
 typedef struct Cells {
     const WaveRun *run;
     const WaveView *view;
+    bool seen; /* some eye points see receivers through glass or in mirrors */
     const WaveFront *front;
     WaveBatch *out;
     WaveLandings landings; /* of the two rows of corners, and of a triangle's midpoints on top */
@@ -74,18 +75,54 @@ static bool put_triangle(Cells *c, const WaveTriangle *t) {
     return true;
 }
 
+/* For receivers seen through glass or in mirrors. */
+static void put_deposit(Cells *c, const WaveLanding *l, double scale) {
+    WaveBatch *b = c->out;
+    if (!array_reserve(
+            (void **)&b->deposits, &b->deposit_capacity, b->deposit_count + 1, sizeof *b->deposits)) {
+        b->out_of_memory = true;
+        return;
+    }
+    Deposit *d = &b->deposits[b->deposit_count++];
+    *d = (Deposit){.position = {(float)l->position.x, (float)l->position.y, (float)l->position.z},
+        .flux = {(float)(l->weight.r * scale), (float)(l->weight.g * scale), (float)(l->weight.b * scale)},
+        .glossy = l->glossy,
+        .transmission = l->transmission,
+        .audience = AUDIENCE_SEEN};
+    normal_encode(l->normal, d->normal);
+}
+
+/* The same triangle for eye points behind glass and in mirrors. */
+static void put_seen(Cells *c, const WaveLanding *const l[3], Rgb flux) {
+    WaveBatch *b = c->out;
+    V3 center = v3_scale(v3_add(l[0]->position, v3_add(l[1]->position, l[2]->position)), 1.0 / 3);
+    CameraView view;
+    double footprint = 0;
+    if (camera_project(&c->run->scene->camera, center, &view)) footprint = 1 / sqrt(view.raster_per_area);
+    if (!array_reserve((void **)&b->seen, &b->seen_capacity, b->seen_count + 1, sizeof *b->seen)) {
+        b->out_of_memory = true;
+    } else if (wave_seen_triangle(l, flux, center, footprint, &b->seen[b->seen_count])) {
+        b->seen_count++;
+    } else {
+        WaveLanding middle = *l[0];
+        middle.position = center;
+        middle.weight = flux;
+        put_deposit(c, &middle, 1);
+    }
+}
+
 /* False when the three do not make a triangle that can be drawn. */
 static bool join(Cells *c, const WaveLanding *const l[3], double area) {
     if (!one_sheet(l[0], l[1]) || !one_sheet(l[1], l[2]) || !one_sheet(l[2], l[0])) return false;
     c->out->landed += rgb_max(l[0]->weight) * area; /* a measure: one corner stands for three */
-    if (!l[0]->shown || !c->view) return true;
+    if (!c->view) return true;
     WaveTriangle t = {.object = l[0]->object};
     int before = 0;
     for (int k = 0; k < 3; k++) before += wave_project(c->view, l[k]->position, &t.x[k], &t.y[k]);
-    if (before == 0) return true; /* behind the camera */
-    if (before < 3) return false;
-    if (outside(c->view, &t)) return true;
+    if (before == 1 || before == 2) return false; /* partly behind the camera */
     Rgb flux = rgb_scale(rgb_add(l[0]->weight, rgb_add(l[1]->weight, l[2]->weight)), area / 3);
+    if (c->seen) put_seen(c, l, flux);
+    if (!l[0]->shown || before == 0 || outside(c->view, &t)) return true;
     t.flux[0] = (float)flux.r;
     t.flux[1] = (float)flux.g;
     t.flux[2] = (float)flux.b;
@@ -146,23 +183,6 @@ static void put_splat(Cells *c, const WaveLanding *l, double scale, double turn)
         b->splat_count++;
 }
 
-/* For receivers seen through glass or in mirrors. */
-static void put_deposit(Cells *c, const WaveLanding *l, double scale) {
-    WaveBatch *b = c->out;
-    if (!array_reserve(
-            (void **)&b->deposits, &b->deposit_capacity, b->deposit_count + 1, sizeof *b->deposits)) {
-        b->out_of_memory = true;
-        return;
-    }
-    Deposit *d = &b->deposits[b->deposit_count++];
-    *d = (Deposit){.position = {(float)l->position.x, (float)l->position.y, (float)l->position.z},
-        .flux = {(float)(l->weight.r * scale), (float)(l->weight.g * scale), (float)(l->weight.b * scale)},
-        .glossy = l->glossy,
-        .transmission = l->transmission,
-        .audience = AUDIENCE_SEEN};
-    normal_encode(l->normal, d->normal);
-}
-
 static Rgb corner_weight(const WaveCorner *const corner[3]) {
     Rgb most = corner[0]->weight;
     for (int k = 1; k < 3; k++)
@@ -185,7 +205,9 @@ static void leave_to_photon(Cells *c, const WaveCorner *const corner[3], double 
     WaveCorner ray = wave_corner(c->run, c->front, u, v, 0, &c->landings, &c->out->account);
     for (uint32_t i = 0; i < ray.count; i++) {
         const WaveLanding *l = &c->landings.items[ray.first + i];
-        if (!claimed(c, l->path)) put_splat(c, l, area / chance, rng_next(&rng));
+        if (claimed(c, l->path)) continue;
+        put_splat(c, l, area / chance, rng_next(&rng));
+        if (c->seen) put_deposit(c, l, area / chance);
     }
     c->landings.count = top;
 }
@@ -252,15 +274,10 @@ static double corner_share(const WaveFront *f, int i, int j) {
     return (i == 0 || i == f->n[0] ? 0.5 : 1) * (j == 0 || j == f->n[1] ? 0.5 : 1);
 }
 
-static void show_to_seen(Cells *c, const WaveCorner *corner, double area) {
-    for (uint32_t k = 0; k < corner->count; k++) put_deposit(c, &c->landings.items[corner->first + k], area);
-}
-
 /* Row j of the tile's corners. A corner counts in the tile whose first row and column it is, and at the far
  * rims of the front. */
 static void corner_row(Cells *c, const WaveTile *tile, const Grid *g, int j, WaveCorner *row) {
     const WaveFront *f = c->front;
-    int stride = c->run->seen_stride;
     bool row_counts = j < tile->y1 || j == f->n[1];
     for (int i = tile->x0; i <= tile->x1; i++) {
         double area = g->area * corner_share(f, i, j);
@@ -268,8 +285,6 @@ static void corner_row(Cells *c, const WaveTile *tile, const Grid *g, int j, Wav
         WaveCorner *corner = &row[i - tile->x0];
         *corner = wave_corner(c->run, f, g->origin[0] + i * g->step[0], g->origin[1] + j * g->step[1], area,
             &c->landings, counted ? &c->out->account : NULL);
-        if (counted && stride && i % stride == 0 && j % stride == 0)
-            show_to_seen(c, corner, area * stride * stride);
     }
 }
 
@@ -282,11 +297,11 @@ static void drop_row(Cells *c, WaveCorner *row, int corners) {
     for (int i = 0; i < corners; i++) row[i].first -= first;
 }
 
-void wave_cells(const WaveRun *run, const WaveView *view, const WaveTile *tile, WaveBatch *out) {
-    out->count = out->splat_count = out->deposit_count = 0;
+void wave_cells(const WaveRun *run, const WaveView *view, bool seen, const WaveTile *tile, WaveBatch *out) {
+    out->seen_count = out->count = out->splat_count = out->deposit_count = 0;
     out->account = (FluxAccount){0};
     out->landed = out->left = 0;
-    Cells c = {.run = run, .view = view, .front = tile->front, .out = out};
+    Cells c = {.run = run, .view = view, .seen = seen, .front = tile->front, .out = out};
     c.key = rng_combine(tile->key, rng_combine((uint64_t)tile->x0, (uint64_t)tile->y0));
     int corners = tile->x1 - tile->x0 + 1;
     WaveCorner rows[2][WAVE_TILE + 1];

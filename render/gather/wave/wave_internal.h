@@ -80,9 +80,22 @@ typedef struct WaveSplat {
     float flux[3];
 } WaveSplat;
 
+/** A landed triangle for eye points that lie in it. */
+typedef struct WaveSeenTriangle {
+    V3 side[3], normal;    /* a point p is within when side . p > edge for all three */
+    double edge[3], plane; /* plane: normal . p on it */
+    Rgb irradiance;
+    V3 center;
+    double radius, reach; /* of a ball around it; how far off the plane an eye point may be; scene units */
+    int object;
+    uint8_t glossy, transmission;
+} WaveSeenTriangle;
+
 typedef struct WaveBatch {
     WaveTriangle *triangles;
     size_t count, capacity;
+    WaveSeenTriangle *seen;
+    size_t seen_count, seen_capacity;
     WaveSplat *splats;
     size_t splat_count, splat_capacity;
     Deposit *deposits;
@@ -101,9 +114,24 @@ typedef struct WaveTile {
     int x0, y0, x1, y1;
 } WaveTile;
 
+/** Eye points that see their receiver through glass or in mirrors (wave_seen.c), in bands of the rows [y0,
+ * y1). */
+typedef struct WaveSeen WaveSeen;
+cau_result wave_seen_create(
+    WaveSeen **out, const Scene *scene, const EyePoints *points, int y0, int y1, size_t bands, CauError *err);
+void wave_seen_free(WaveSeen **seen);
+
+/** False when it is so small (footprint: edge of a pixel there) that a kernel must spread it. */
+bool wave_seen_triangle(
+    const WaveLanding *const landings[3], Rgb flux, V3 center, double footprint, WaveSeenTriangle *out);
+
+/** Adds the batches' triangles to the pixels of a band, in order. */
+void wave_seen_light(const WaveSeen *seen, size_t band, const WaveBatch *batches, size_t batch_count,
+    const PassImages *images);
+
 /** A tile's triangles and deposits into `out`, which is emptied first (wave_cells.c). Without a view nothing
  * is drawn: only flux and rays are counted. */
-void wave_cells(const WaveRun *run, const WaveView *view, const WaveTile *tile, WaveBatch *out);
+void wave_cells(const WaveRun *run, const WaveView *view, bool seen, const WaveTile *tile, WaveBatch *out);
 
 /* ---- the view (wave_view.c), and triangles drawn on it (wave_raster.c) ---- */
 
