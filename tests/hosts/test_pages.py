@@ -95,7 +95,7 @@ class Pages(unittest.TestCase):
         self.assertEqual(set(self.bash("caustic-merge", "")), set(help_text.commands(help_text.read(PROGRAMS["caustic-merge"]))))
         self.assertEqual(self.bash("caustic-merge", "nu"), ["nuke"])
         self.assertEqual(self.bash("caustic-merge", "add", "--mut"), ["--mute"])
-        self.assertEqual(self.bash("caustic-render", "--estimator", ""), ["auto", "P", "R"])
+        self.assertEqual(self.bash("caustic-render", "--estimator", ""), ["auto", "W", "P", "R"])
         for name, program in PROGRAMS.items():
             options = {o for o in help_text.options(help_text.read(program)) if o.startswith("--")}
             self.assertEqual(set(self.bash(name, "x", "--")), options)
