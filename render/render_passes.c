@@ -71,19 +71,22 @@ static void images_clear(PassState *s) {
 
 /* One replica of a light's wavefronts; what it leaves to photons joins the deposits.
  * The gather that follows adds to what W has drawn. */
-static cau_result light_wave(PassState *s, const Light *l, double places, RenderGroup *group, CauError *err) {
+static cau_result light_wave(
+    PassState *s, const Light *l, const LightPlan *plan, RenderGroup *group, CauError *err) {
     cau_render *r = s->r;
     if (!s->images.add) images_clear(s);
     s->images.add = true;
-    double casters = 0, rays = r->photons_per_pass,
+    double casters = 0, places = plan->places, rays = r->photons_per_pass,
            passes = r->passes_wanted ? (double)r->passes_wanted : WAVE_PASSES;
-    for (size_t o = 0; o < r->scene.object_count; o++) casters += r->waved[o];
+    for (size_t o = 0; o < r->scene.object_count; o++) casters += square(plan->share[o]);
+    casters = 1 / casters; /* as many as would share the rays evenly */
     if (!l->delta) places = fmax(places, WAVE_PLACES * sqrt(rays * passes / casters));
     WaveRun run = {.scene = &r->scene,
         .trace = r->trace,
         .casters = &r->casters,
         .light = l,
         .waved = r->waved,
+        .share = plan->share,
         .physical = r->options.physical_radiance,
         .points = &s->points,
         .y0 = r->region[1],
@@ -120,7 +123,7 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
     s->deposits.count = 0;
     if (kind || plan->photons)
         CAU_TRY(photons_trace(&run, r->pool, &s->deposits, &group->accounts[kind], err));
-    if (!kind && plan->wave) CAU_TRY(light_wave(s, l, plan->places, group, err));
+    if (!kind && plan->wave) CAU_TRY(light_wave(s, l, plan, group, err));
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
     return gather_photons(gather, &s->supports[kind], &s->tree, r->pool, &s->images, err);
 }
@@ -297,10 +300,10 @@ static cau_result one_reference_pass(PassState *s, CauError *err) {
 
 /* ---- the loop ---- */
 
-/* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or N^-1/2 (R). */
+/* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or with the replicas as N^-1/2 (W, R). */
 static double forecast_s(const cau_render *r, double elapsed, double error) {
     double best = INFINITY;
-    double exponent = r->options.estimator == CAU_ESTIMATOR_R ? 2 : 3;
+    double exponent = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r) ? 2 : 3;
     if (r->passes_wanted) best = elapsed * ((double)r->passes_wanted / (double)r->passes - 1);
     if (r->options.time_s > 0) best = fmin(best, r->options.time_s - elapsed);
     if (r->options.error > 0 && error > 0)

@@ -81,6 +81,28 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
     plan->photons = plan->direct && (!plan->wave || photons);
 }
 
+/* Casters that the probes saw little of may still be met: none gets less than this part of an even share. */
+#define SHARE_LEAST 0.1
+
+static cau_result plan_shares(
+    LightPlan *plan, const Scene *scene, const LightProbe *probe, const bool *waved, CauError *err) {
+    double hits = 0, casters = 0, sum = 0;
+    if (!plan->wave) return CAU_OK;
+    plan->share = array_new(scene->object_count, sizeof *plan->share);
+    if (!plan->share) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the plan");
+    for (size_t i = 0; i < scene->object_count; i++) {
+        casters += waved[i];
+        if (waved[i]) hits += (double)probe->object_hits[i];
+    }
+    for (size_t i = 0; i < scene->object_count; i++) {
+        if (!waved[i]) continue;
+        double met = hits > 0 ? (double)probe->object_hits[i] / hits : 0;
+        sum += plan->share[i] = fmax(met, SHARE_LEAST / casters);
+    }
+    for (size_t i = 0; i < scene->object_count; i++) plan->share[i] /= sum;
+    return CAU_OK;
+}
+
 static void plan_light(
     LightPlan *plan, const Scene *scene, const Light *light, const LightProbe *p, const PlanChoice *choices) {
     int choice = choices->indirect;
@@ -175,6 +197,8 @@ cau_result plan_make(
         explain_scene(&text, scene);
         for (size_t i = 0; i < scene->light_count && probes; i++) {
             plan_light(&out->lights[i], scene, &scene->lights[i], &probes[i], choice);
+            if (plan_shares(&out->lights[i], scene, &probes[i], choice->waved, err) != CAU_OK)
+                text.failed = true;
             explain_light(&text, scene, &scene->lights[i], &probes[i], &out->lights[i], choice->waved);
         }
     }
@@ -185,6 +209,7 @@ cau_result plan_make(
 }
 
 void plan_free(Plan *plan) {
+    for (size_t i = 0; plan->lights && i < plan->light_count; i++) free(plan->lights[i].share);
     free(plan->lights);
     free(plan->text);
     *plan = (Plan){0};

@@ -87,8 +87,11 @@ static cau_result add_tiles(const WaveFront *f, uint64_t key, Tiles *out, CauErr
 }
 
 static cau_result all_tiles(const WaveRun *run, Fronts *fronts, Tiles *out, CauError *err) {
+    double sum = 0;
+    for (size_t i = 0; i < fronts->count; i++) sum += run->share[fronts->items[i].object];
     for (size_t i = 0; i < fronts->count; i++) {
-        set_cells(&fronts->items[i], (double)run->rays / (double)fronts->count);
+        WaveFront *f = &fronts->items[i];
+        set_cells(f, run->rays * run->share[f->object] / sum);
         uint64_t key = rng_combine(rng_combine(run->key, run->pass), i);
         CAU_TRY(add_tiles(&fronts->items[i], key, out, err));
     }

@@ -40,9 +40,10 @@ typedef struct WaveRun {
     const TraceScene *trace;
     const Aim *casters; /**< the ball around everything */
     const Light *light;
-    const bool *waved; /**< [object] smooth paths over such objects alone are ours */
-    bool physical;     /**< as PhotonRun.physical */
-    int y0, y1;        /**< rows of the region */
+    const double *share; /**< [object] of the rays; NULL: even */
+    const bool *waved;   /**< [object] smooth paths over such objects alone are ours */
+    bool physical;       /**< as PhotonRun.physical */
+    int y0, y1;          /**< rows of the region */
     const EyePoints
         *points;   /**< of this pass; receivers seen through glass and in mirrors are found among them */
     uint64_t key;  /**< random stream of the light */
