@@ -273,8 +273,10 @@ static cau_result probe_all(Probe *p, LightProbe *probes, Spread *spreads, CauEr
 }
 
 cau_result render_probe(cau_render *r, CauError *err) {
-    PlanChoice choice = {r->options.indirect,
-        r->options.estimator == CAU_ESTIMATOR_P ? PLAN_ESTIMATOR_P : PLAN_ESTIMATOR_AUTO, r->waved};
+    int estimator = r->options.estimator == CAU_ESTIMATOR_P   ? PLAN_ESTIMATOR_P
+                    : r->options.estimator == CAU_ESTIMATOR_W ? PLAN_ESTIMATOR_W
+                                                              : PLAN_ESTIMATOR_AUTO;
+    PlanChoice choice = {r->options.indirect, estimator, r->waved};
     if (!plan_scene_can_have_caustics(&r->scene)) return plan_make(&r->plan, &r->scene, NULL, &choice, err);
     size_t n = r->scene.light_count;
     LightProbe *probes = array_new(n, sizeof *probes);

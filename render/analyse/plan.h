@@ -44,7 +44,7 @@ enum { PLAN_INDIRECT_AUTO, PLAN_INDIRECT_ON, PLAN_INDIRECT_OFF };
 /** The share of a light's own contribution below which an effect is left out. */
 #define PLAN_LEAVE_OUT (1.0 / 500)
 
-enum { PLAN_ESTIMATOR_AUTO, PLAN_ESTIMATOR_P };
+enum { PLAN_ESTIMATOR_AUTO, PLAN_ESTIMATOR_P, PLAN_ESTIMATOR_W };
 
 /** What the user asked for. */
 typedef struct PlanChoice {
