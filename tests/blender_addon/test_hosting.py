@@ -92,6 +92,16 @@ class Guests(Case):
         self.assertTrue(scene.cycles.caustics_reflective)
         self.assertEqual(sorted(n for n in os.listdir("/dev/shm") if n.startswith("caustics-")), self.before)
 
+    def test_killed_before(self):
+        """What a Blender that was killed left in shared memory goes with the next run."""
+        child = subprocess.Popen(["true"])
+        child.wait()
+        left = f"/dev/shm/{programs.SCRATCH}{child.pid}-x"
+        os.makedirs(left)
+        place = programs.scratch()
+        self.assertFalse(os.path.exists(left))
+        programs.remove(place)
+
     # ---- hostile scenes and machines ---------------------------------------------------------------------------------
 
     def test_empty(self):

@@ -185,7 +185,7 @@ class Job:
         path = os.path.join(self.folder, "caustics.exr")
         report = os.path.join(self.folder, "report.json")
         words = [self.extract.path, "-o", path, "--report", report, *self.options.words(self.extract, self.albedo)]
-        yield from self.wait(programs.Child("caustic-render", words, self.folder), self.follow)
+        yield from self.wait(programs.Child("caustic-render", words, self.folder, polite=self.interactive), self.follow)
         self.plan = self.child.output()
         self.said = [line for line in self.child.said() if not line.startswith("wrote ")]
         self.notes = self.extract.notes.lines + [s.partition(": ")[2] or s for s in self.said]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The buttons."""
 import os
+import time
 
 import bpy
 from bpy.props import StringProperty
@@ -10,6 +11,7 @@ from .errors import Cancelled, CausticsError
 from .job import Job
 
 TICK_S = 0.05
+REDRAW_S = 0.5  # drawing costs more than the rest
 
 
 class CAUSTICS_OT_generate(bpy.types.Operator):
@@ -24,7 +26,7 @@ class CAUSTICS_OT_generate(bpy.types.Operator):
 
     def begin(self, context, interactive):
         settings = context.scene.caustics
-        self.scene, self.ticks = context.scene, 0
+        self.shown, self.drawn = None, 0.0
         return Job(context.scene, context.view_layer, settings.options(), interactive)
 
     def execute(self, context):
@@ -71,8 +73,9 @@ class CAUSTICS_OT_generate(bpy.types.Operator):
         except Exception:
             self.end(context)
             raise
-        self.ticks += 1
-        if self.ticks % 4 == 0:
+        shown = (job.text, round(20 * job.progress))
+        if shown != self.shown and time.monotonic() - self.drawn > REDRAW_S:
+            self.shown, self.drawn = shown, time.monotonic()
             redraw(context)
         return {"RUNNING_MODAL"}
 
@@ -140,10 +143,12 @@ class CAUSTICS_OT_export(bpy.types.Operator):
 
 
 def redraw(context):
+    """The panels alone: the view itself may take seconds."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type in ("PROPERTIES", "VIEW_3D"):
-                area.tag_redraw()
+            for region in area.regions:
+                if (area.type, region.type) in (("PROPERTIES", "WINDOW"), ("VIEW_3D", "UI")):
+                    region.tag_redraw()
 
 
 CLASSES = (CAUSTICS_OT_generate, CAUSTICS_OT_cancel, CAUSTICS_OT_export)

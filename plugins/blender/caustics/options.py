@@ -4,7 +4,7 @@ import os
 
 from .errors import CausticsError
 
-QUALITY = {"DRAFT": 0.1, "GOOD": 0.03, "FINAL": 0.01}
+QUALITY = {"DRAFT": 0.2, "GOOD": 0.05, "FINAL": 0.02}
 BEAUTY = ("RENDER", "LAST", "NONE")
 
 

@@ -13,6 +13,8 @@ from .errors import CausticsError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 VERSION = (0, 1)  # of the programs that this add-on speaks to
+SCRATCH = "caustics-blender-"
+POLITE = 5  # steps of priority
 STOP_S = 5.0  # a renderer that is asked to stop answers well within
 
 
@@ -73,11 +75,17 @@ def check(name):
 class Child:
     """A program that runs. Output goes to files, so that no thread has to read it."""
 
-    def __init__(self, name, words, place):
+    def __init__(self, name, words, place, polite=False):
+        """polite: Blender's own window comes first."""
         self.name, self.out = name, os.path.join(place, name + ".out")
         self.err = os.path.join(place, name + ".err")
         with open(self.out, "wb") as out, open(self.err, "wb") as err:
             self.process = subprocess.Popen([find(name), *words], stdin=subprocess.DEVNULL, stdout=out, stderr=err, env=environment())
+        if polite:
+            try:
+                os.setpriority(os.PRIO_PROCESS, self.process.pid, os.getpriority(os.PRIO_PROCESS, 0) + POLITE)
+            except OSError:  # it has ended, or is the nicest already
+                pass
 
     def running(self):
         return self.process.poll() is None
@@ -144,7 +152,21 @@ def scratch(need_bytes=1 << 28):
             base = None
     except OSError:
         base = None
-    return tempfile.mkdtemp(prefix="caustics-", dir=base)
+    sweep(base or tempfile.gettempdir())
+    return tempfile.mkdtemp(prefix=f"{SCRATCH}{os.getpid()}-", dir=base)
+
+
+def sweep(base):
+    """Removes folders of a Blender that was killed: nobody else would, and shared memory is memory."""
+    for name in os.listdir(base):
+        owner = name.removeprefix(SCRATCH).partition("-")[0] if name.startswith(SCRATCH) else ""
+        path = os.path.join(base, name)
+        if owner.isdigit() and not os.path.exists(f"/proc/{owner}") and os.path.exists("/proc/self"):
+            try:
+                if os.lstat(path).st_uid == os.getuid():
+                    remove(path)
+            except OSError:  # another Blender was faster
+                pass
 
 
 def remove(path):

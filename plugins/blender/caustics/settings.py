@@ -14,7 +14,7 @@ class CausticsLine(bpy.types.PropertyGroup):
 
 class CausticsScene(bpy.types.PropertyGroup):
     quality: EnumProperty(name="Quality", default="GOOD", items=(
-        ("DRAFT", "Draft", "Noise of 10 %"), ("GOOD", "Good", "Noise of 3 %"), ("FINAL", "Final", "Noise of 1 %"),
+        ("DRAFT", "Draft", "Noise of 20 %"), ("GOOD", "Good", "Noise of 5 %"), ("FINAL", "Final", "Noise of 2 %"),
         ("ERROR", "Error", "Noise as set below")))
     error_percent: FloatProperty(name="Error", default=5.0, min=0.01, max=100.0, subtype="PERCENTAGE",
                                  description="Noise (RMSE over RMS of the layers) at which to stop")
