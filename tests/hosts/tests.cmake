@@ -9,4 +9,4 @@ endforeach()
 
 add_test(NAME hosts_pages COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_SOURCE_DIR}/tests/hosts/test_pages.py -v)
 set_tests_properties(hosts_pages PROPERTIES ENVIRONMENT
-  "CAUSTIC_MERGE=$<TARGET_FILE:caustic-merge>;CAUSTIC_RENDER=$<TARGET_FILE:caustic-render>;CAUSTICS_BUILD=${CMAKE_BINARY_DIR};CMAKE=${CMAKE_COMMAND}")
+  "CAUSTIC_ACCURACY=$<TARGET_FILE:caustic-accuracy>;CAUSTIC_MERGE=$<TARGET_FILE:caustic-merge>;CAUSTIC_RENDER=$<TARGET_FILE:caustic-render>;CAUSTICS_BUILD=${CMAKE_BINARY_DIR};CMAKE=${CMAKE_COMMAND}")

@@ -34,7 +34,7 @@ place.mkdir(parents=True)
 run(cmake, "--install", build, "--prefix", place / "first")
 prefix = (place / "first").rename(place / "prefix")
 libdir = next(prefix.rglob("libcaustics.so")).parent
-for program in ("caustic-render", "caustic-merge"):
+for program in ("caustic-render", "caustic-merge", "caustic-accuracy"):
     expect(program, run(prefix / "bin" / program, "--version"))
 
 found = {"PKG_CONFIG_PATH": str(libdir / "pkgconfig")}
