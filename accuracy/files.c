@@ -32,18 +32,29 @@ static cau_result put(
     return result;
 }
 
+/* One series' picture of a kind; `row` NULL: none. */
+static cau_result write_picture(
+    const char *folder, const char *kind, const Series *series, const Row *row, double gain, CauError *err) {
+    char path[PATH_MAX_LENGTH], name[64];
+    if (!row) return CAU_OK;
+    snprintf(name, sizeof name, "%s_%s.png", kind, series->name);
+    CAU_TRY(path_of(path, folder, name, err));
+    return picture_write_png(path, row->shot.rgb, row->shot.width, row->shot.height, gain, err);
+}
+
 static cau_result write_pictures(const Study *study, const char *folder, CauError *err) {
     const Shot *t = &study->reference;
-    double gain = picture_gain(t->rgb, t->width, t->height), time = study_common_time(study);
-    char path[PATH_MAX_LENGTH], name[64];
+    double gain = picture_gain(t->rgb, t->width, t->height), time = study_common_time(study),
+           error = study_common_error(study);
+    char path[PATH_MAX_LENGTH];
     CAU_TRY(path_of(path, folder, "reference.png", err));
     CAU_TRY(picture_write_png(path, t->rgb, t->width, t->height, gain, err));
     for (int s = 0; s < study->count; s++) {
-        if (!study->series[s].count) continue;
-        const Shot *shot = &study_row_at(&study->series[s], time)->shot;
-        snprintf(name, sizeof name, "equal_time_%s.png", study->series[s].name);
-        CAU_TRY(path_of(path, folder, name, err));
-        CAU_TRY(picture_write_png(path, shot->rgb, shot->width, shot->height, gain, err));
+        const Series *series = &study->series[s];
+        const Row *row = series->count ? study_row_at(series, time) : NULL;
+        CAU_TRY(write_picture(folder, "equal_time", series, row, gain, err));
+        row = study_row_reaching(series, error);
+        CAU_TRY(write_picture(folder, "equal_error", series, row, gain, err));
     }
     return CAU_OK;
 }

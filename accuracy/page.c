@@ -67,20 +67,31 @@ static void write_effects(const Study *study, FILE *out) {
     fputs("</table>\n", out);
 }
 
+static void put_picture(const char *kind, const Series *series, const Row *row, FILE *out) {
+    fprintf(out,
+        "<figure><img src=\"%s_%s.png\"><figcaption>%s, %.2f CPU s, relMSE %.2e, trimmed "
+        "%.2e</figcaption></figure>\n",
+        kind, series->name, series->name, row->shot.cost.cpu_s, row->metrics.rel_mse,
+        row->metrics.trimmed_rel_mse);
+}
+
 static void write_pictures(const Study *study, FILE *out) {
-    double time = study_common_time(study);
+    double time = study_common_time(study), error = study_common_error(study);
     fprintf(out,
         "<h2>Pictures at equal time</h2><p>The largest budget of each within %.2f CPU seconds (or its "
         "smallest), and the reference.</p>\n<figure><img src=\"reference.png\"><figcaption>reference"
         "</figcaption></figure>\n",
         time);
+    for (int s = 0; s < study->count; s++)
+        if (study->series[s].count)
+            put_picture("equal_time", &study->series[s], study_row_at(&study->series[s], time), out);
+    fprintf(out,
+        "<h2>Pictures at equal error</h2><p>The cheapest of each with a trimmed relMSE of at most %.2e; "
+        "those that reach it with no budget of the ladder are not shown.</p>\n",
+        error);
     for (int s = 0; s < study->count; s++) {
-        if (!study->series[s].count) continue;
-        const Row *row = study_row_at(&study->series[s], time);
-        fprintf(out,
-            "<figure><img src=\"equal_time_%s.png\"><figcaption>%s, %.2f CPU s, relMSE "
-            "%.2e</figcaption></figure>\n",
-            study->series[s].name, study->series[s].name, row->shot.cost.cpu_s, row->metrics.rel_mse);
+        const Row *row = study_row_reaching(&study->series[s], error);
+        if (row) put_picture("equal_error", &study->series[s], row, out);
     }
 }
 

@@ -220,3 +220,25 @@ double study_common_time(const Study *study) {
             least = fmin(least, study->series[s].rows[study->series[s].count - 1].shot.cost.cpu_s);
     return least;
 }
+
+const Row *study_row_reaching(const Series *series, double error) {
+    const Row *best = NULL;
+    for (int i = 0; i < series->count; i++) {
+        const Row *row = &series->rows[i];
+        if (row->metrics.trimmed_rel_mse <= error && (!best || row->shot.cost.cpu_s < best->shot.cost.cpu_s))
+            best = row;
+    }
+    return best;
+}
+
+double study_common_error(const Study *study) {
+    double least = INFINITY, second = INFINITY;
+    for (int s = 0; s < study->count; s++) {
+        double own = INFINITY;
+        for (int i = 0; i < study->series[s].count; i++)
+            own = fmin(own, study->series[s].rows[i].metrics.trimmed_rel_mse);
+        second = fmin(second, fmax(least, own));
+        least = fmin(least, own);
+    }
+    return isfinite(second) ? second : least;
+}

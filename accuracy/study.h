@@ -60,6 +60,10 @@ cau_result cycles_run(Study *study, const volatile sig_atomic_t *stop, CauError 
 
 /** The row a picture at CPU time `cpu_s` shows: the largest within it, or the smallest. */
 const Row *study_row_at(const Series *series, double cpu_s);
+/** The cheapest row whose trimmed relMSE is at most `error`; NULL when there is none. */
+const Row *study_row_reaching(const Series *series, double error);
+/** The least trimmed relMSE that two series reach (that one reaches, when there is one). */
+double study_common_error(const Study *study);
 /** The largest time that every series reaches. */
 double study_common_time(const Study *study);
 
