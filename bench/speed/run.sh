@@ -4,6 +4,7 @@
 #   bench/speed/run.sh throughput [SCENE...]   photons against bare Embree on the same rays; where a pass spends its time
 #   bench/speed/run.sh shares [SCENE...]       smooth, rough, indirect: share of the dropped light, seconds to 5 %
 #   bench/speed/run.sh memory [SCENE]          peak memory against picture size
+#   bench/speed/run.sh ball [RAYS...]          error against seconds at a glass ball's exact caustic, W beside P
 # BUILD names the build folder [build-bench]. On two cores a minute, shares ten.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -36,8 +37,12 @@ memory)
   make caustic-render
   CAUSTIC_RENDER="$build/bin/caustic-render" /usr/bin/python3 bench/speed/memory.py "$@"
   ;;
+ball)
+  make caustic-render
+  CAUSTIC_RENDER="$build/bin/caustic-render" PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 bench/speed/ball.py "$@"
+  ;;
 *)
-  sed -n '3,7s/^# \{0,1\}//p' "$0"
+  sed -n '3,8s/^# \{0,1\}//p' "$0"
   exit 2
   ;;
 esac
