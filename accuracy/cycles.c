@@ -107,8 +107,8 @@ cau_result cycles_run(Study *study, const volatile sig_atomic_t *stop, CauError 
     if (result == CAU_ERROR_INPUT) { /* no Blender, or a scene that it cannot show: the others still count */
         size_t used = strlen(study->left_out);
         snprintf(study->left_out + used, sizeof study->left_out - used,
-            "Cycles is left out: %.300s; is Blender installed, and \"%.100s\" scenes/blender_scenes.py? ",
-            err->text, o->cycles);
+            "%sCycles is left out: %.300s; is Blender installed, and \"%.100s\" scenes/blender_scenes.py?",
+            used ? " " : "", err->text, o->cycles);
         error_clear(err);
         return CAU_OK;
     }

@@ -100,7 +100,7 @@ static cau_result run_series(Study *study, bool waved, const volatile sig_atomic
     const Options *o = study->options;
     for (int e = 0; e < o->estimator_count; e++) {
         if (o->estimators[e] == CAU_ESTIMATOR_W && !waved) {
-            strcpy(study->left_out, "Estimator W finds nothing to do in this scene and is left out. ");
+            strcpy(study->left_out, "Estimator W finds nothing to do in this scene and is left out.");
             continue;
         }
         Series *series = &study->series[study->count++];

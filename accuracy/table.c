@@ -33,8 +33,10 @@ static void write_exponents(const Study *study, FILE *out) {
         double by_time = study_exponent(s, false), by_photons = study_exponent(s, true);
         if (by_time > 0 && by_photons > 0)
             fprintf(out, "| %s | %.2f | %.2f |\n", s->name, by_time, by_photons);
-        else
-            fprintf(out, "| %s | does not fall | does not fall |\n", s->name);
+        else {
+            const char *why = isfinite(by_time) ? "does not fall" : "-";
+            fprintf(out, "| %s | %s | %s |\n", s->name, why, why);
+        }
     }
 }
 
