@@ -110,10 +110,15 @@ static cau_result render_prepare(cau_render *r, CauError *err) {
     return make_groups(r, err);
 }
 
-static cau_result check_options(const cau_render_options *o, CauError *err) {
-    if (!o || o->size != sizeof *o)
+/* A caller built against an older header has a shorter structure: what it lacks is as by default. A longer
+ * one says what this library does not know. */
+static cau_result take_options(const cau_render_options *given, cau_render_options *o, CauError *err) {
+    *o = cau_render_defaults();
+    if (!given || given->size < offsetof(cau_render_options, estimator) || given->size > sizeof *o)
         return error_set(
             err, CAU_ERROR_USAGE, "render options of an unknown size; fill them with cau_render_defaults()");
+    memcpy(o, given, given->size);
+    o->size = sizeof *o;
     if (!(o->time_s >= 0) || !(o->error >= 0) || !isfinite(o->time_s) || !isfinite(o->error))
         return error_set(err, CAU_ERROR_USAGE, "time and error limits must be finite and not negative");
     if ((o->layers & CAU_WANT_BEAUTY) && o->estimator != CAU_ESTIMATOR_R)
@@ -128,12 +133,13 @@ static cau_result check_options(const cau_render_options *o, CauError *err) {
 cau_result cau_render_create(cau_scene *scene, const cau_render_options *options, cau_render **out) {
     *out = NULL;
     CauError *err = &scene->context->error;
-    CAU_TRY(check_options(options, err));
+    cau_render_options taken;
+    CAU_TRY(take_options(options, &taken, err));
     cau_render *r = array_new(1, sizeof *r);
     if (!r) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a render");
     r->source = scene;
-    r->options = *options;
-    if (options->layers & CAU_WANT_INDIRECT) r->options.indirect = CAU_INDIRECT_ON;
+    r->options = taken;
+    if (taken.layers & CAU_WANT_INDIRECT) r->options.indirect = CAU_INDIRECT_ON;
     r->progress = (cau_progress){.error = -1, .remaining_s = -1, .stage = "probing"};
     pthread_mutex_init(&r->mutex, NULL);
     pthread_condattr_t attributes;
