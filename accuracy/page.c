@@ -78,8 +78,8 @@ static void put_picture(const char *kind, const Series *series, const Row *row, 
 static void write_pictures(const Study *study, FILE *out) {
     double time = study_common_time(study), error = study_common_error(study);
     fprintf(out,
-        "<h2>Pictures at equal time</h2><p>The largest budget of each within %.2f CPU seconds (or its "
-        "smallest), and the reference.</p>\n<figure><img src=\"reference.png\"><figcaption>reference"
+        "<h2>Pictures at equal time</h2><p>The largest budget of each within %.2f CPU seconds, and the "
+        "reference.</p>\n<figure><img src=\"reference.png\"><figcaption>reference"
         "</figcaption></figure>\n",
         time);
     for (int s = 0; s < study->count; s++)

@@ -214,11 +214,14 @@ const Row *study_row_at(const Series *series, double cpu_s) {
 }
 
 double study_common_time(const Study *study) {
-    double least = INFINITY;
-    for (int s = 0; s < study->count; s++)
-        if (study->series[s].count)
-            least = fmin(least, study->series[s].rows[study->series[s].count - 1].shot.cost.cpu_s);
-    return least;
+    double most = 0;
+    for (int s = 0; s < study->count; s++) {
+        double least = INFINITY;
+        for (int i = 0; i < study->series[s].count; i++)
+            least = fmin(least, study->series[s].rows[i].shot.cost.cpu_s);
+        if (study->series[s].count) most = fmax(most, least);
+    }
+    return most;
 }
 
 const Row *study_row_reaching(const Series *series, double error) {

@@ -58,13 +58,13 @@ double study_exponent(const Series *series, bool by_budget);
  *  number of paths and whose time does not count. */
 cau_result cycles_run(Study *study, const volatile sig_atomic_t *stop, CauError *err);
 
-/** The row a picture at CPU time `cpu_s` shows: the largest within it, or the smallest. */
+/** The row a picture at CPU time `cpu_s` shows: the largest budget within it. */
 const Row *study_row_at(const Series *series, double cpu_s);
 /** The cheapest row whose trimmed relMSE is at most `error`; NULL when there is none. */
 const Row *study_row_reaching(const Series *series, double error);
 /** The least trimmed relMSE that two series reach (that one reaches, when there is one). */
 double study_common_error(const Study *study);
-/** The largest time that every series reaches. */
+/** The least CPU time within which every series has a row. */
 double study_common_time(const Study *study);
 
 /** Writes the tables in Markdown. */
