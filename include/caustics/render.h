@@ -32,7 +32,7 @@ enum { CAU_INDIRECT_AUTO = 0, CAU_INDIRECT_ON = 1, CAU_INDIRECT_OFF = 2 };
 
 typedef struct cau_render_options {
     size_t size;      /**< sizeof(cau_render_options) */
-    uint64_t photons; /**< per light; 0: no limit by photons (samples per pixel with estimator R) */
+    uint64_t photons; /**< per light; 0: no limit by photons. Estimator R: camera paths of the picture */
     double time_s;    /**< wall seconds; 0: no limit */
     double error;     /**< RMSE over RMS of the layers' pixels, total over lights; 0: no limit */
     uint64_t seed;
