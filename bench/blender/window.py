@@ -153,7 +153,7 @@ def steps():
     yield from until(lambda: CAUSTICS_OT_generate.job is None, 20)
     figures["cancel_s"] = round(time.monotonic() - asked, 2)
     stage = "none"
-    left = [n for n in os.listdir("/dev/shm") if n.startswith(SCRATCH)]
+    left = [n for n in os.listdir("/dev/shm") if n.startswith(f"{SCRATCH}{os.getpid()}-")]
     figures.update(idle=responsiveness("idle"), cancelled=responsiveness("cancelled"), restored=scene_state(scene) == before, threads_left=threading.active_count() - threads,
                    child_left=child.process.poll() is None, files_left=[n for n in os.listdir(PICTURES) if n.startswith("scene")], shared_memory_left=left)
     scene.caustics.photons_million = 2.0

@@ -25,6 +25,8 @@ import built  # noqa: E402
 import caustics  # noqa: E402
 import exrlib  # noqa: E402
 
+from caustics import programs  # noqa: E402
+
 
 def layers(path):
     """{name: (h, w, 3)} of every colour layer of a file."""
@@ -66,7 +68,12 @@ class Case(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="caustics-test-")
         self.addCleanup(shutil.rmtree, self.folder, True)
-        self.before = sorted(n for n in os.listdir("/dev/shm") if n.startswith("caustics-"))
+        self.assertEqual(self.scratch(), [])
+
+    @staticmethod
+    def scratch():
+        """Folders of this Blender in shared memory; others may run beside it."""
+        return [n for n in os.listdir("/dev/shm") if n.startswith(f"{programs.SCRATCH}{os.getpid()}-")]
 
     def new(self):
         built.empty()

@@ -15,6 +15,9 @@ from .errors import Cancelled, CausticsError
 from .extract import Extract
 
 
+MARK = "caustics_relight"  # property of the nodes that caustic-merge makes
+
+
 class Session:
     """One render or animation. errors: sentences, for the user at its end."""
     current = None
@@ -102,9 +105,32 @@ class Session:
         pictures.keep(path, options.path(""))
 
 
+class Guard:
+    """While a render runs whose compositor adds our layers: caustics of Cycles' own off, or light would count twice."""
+    current = None
+
+    def __init__(self, scene):
+        self.switches = switches.Switches(scene)
+        self.switches.caustics_off()
+        self.switches.cut_tricks()
+
+    def close(self):
+        self.switches.restore()
+
+
+def added_in_compositor(scene):
+    tree = getattr(scene, "compositing_node_group", None) or (scene.node_tree if getattr(scene, "use_nodes", False) else None)
+    return bool(tree and scene.render.use_compositing
+                and any(n.get(MARK) and n.bl_idname == "CompositorNodeGroup" and not n.mute for n in tree.nodes))
+
+
 @persistent
 def render_init(scene, *_):
-    if Session.current or not scene.caustics.with_render or scene.render.engine != "CYCLES":
+    if scene.render.engine != "CYCLES" or Session.current or Guard.current:
+        return
+    if not scene.caustics.with_render:
+        if added_in_compositor(scene):
+            Guard.current = Guard(scene)
         return
     session = None
     try:
@@ -129,6 +155,9 @@ def render_write(scene, *_):
 
 @persistent
 def render_end(scene, *_):
+    guard, Guard.current = Guard.current, None
+    if guard:
+        guard.close()
     session, Session.current = Session.current, None
     if not session:
         return
@@ -153,7 +182,7 @@ def register():
 
 
 def unregister():
-    if Session.current:
+    if Session.current or Guard.current:
         render_end(None)
     for name, handler in HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)
