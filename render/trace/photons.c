@@ -404,7 +404,7 @@ static cau_result join(const PhotonRun *run, DepositList *out, FluxAccount *acco
             !array_reserve((void **)&out->items, &out->capacity, out->count + b->count, sizeof *out->items))
             return error_set(err, CAU_ERROR_RESOURCE,
                 "out of memory for %zu photon deposits; use fewer photons per pass", out->count + b->count);
-        memcpy(out->items + out->count, b->items, b->count * sizeof *b->items);
+        if (b->count) memcpy(out->items + out->count, b->items, b->count * sizeof *b->items);
         out->count += b->count;
         flux_account_add(&sum[i >= lamp_batches], &b->account);
     }

@@ -291,6 +291,7 @@ static void corner_row(Cells *c, const WaveTile *tile, const Grid *g, int j, Wav
 /* The landings of a finished row go; those of the row that stays move to the front. */
 static void drop_row(Cells *c, WaveCorner *row, int corners) {
     uint32_t first = row[0].first;
+    if (first == 0) return; /* nothing landed in the finished row */
     memmove(c->landings.items, c->landings.items + first,
         (c->landings.count - first) * sizeof *c->landings.items);
     c->landings.count -= first;
