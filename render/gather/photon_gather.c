@@ -83,7 +83,7 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     Sum *s = data;
     V3 place = v3((double)d->position[0], (double)d->position[1], (double)d->position[2]);
     s->found++;
-    if (d->audience != AUDIENCE_ALL && (d->audience == AUDIENCE_STRAIGHT) != s->point->straight) return;
+    if (d->audience == AUDIENCE_SEEN && s->point->straight) return;
     double height = v3_dot(v3_sub(place, s->point->position), s->normal), r = s->support->radius;
     /* The same surface only: by side and normal, by height, and by what stands in between. */
     if (fabs(height) > SUPPORT_HEIGHT * r) return;

@@ -27,7 +27,7 @@ typedef struct Deposit {
 /** Scatterings up to which a smooth path is estimator W's. */
 enum { PHOTONS_WAVE_DEPTH = 24 };
 
-enum { AUDIENCE_ALL, AUDIENCE_STRAIGHT, AUDIENCE_SEEN };
+enum { AUDIENCE_ALL, AUDIENCE_SEEN }; /* SEEN: those that see it through glass or in mirrors */
 
 /** Where the emitted flux went; scene flux units, uncorrected. emitted = landed + straight + absorbed +
  * escaped
