@@ -31,6 +31,7 @@ static inline double v3_length(V3 a) { return sqrt(v3_dot(a, a)); }
 static inline V3 v3_normalize(V3 a) { return v3_scale(a, 1.0 / v3_length(a)); }
 /** a + s b */
 static inline V3 v3_mad(V3 a, double s, V3 b) { return v3(a.x + s * b.x, a.y + s * b.y, a.z + s * b.z); }
+static inline V3 v3_mul(V3 a, V3 b) { return v3(a.x * b.x, a.y * b.y, a.z * b.z); }
 static inline V3 v3_min(V3 a, V3 b) { return v3(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z)); }
 static inline V3 v3_max(V3 a, V3 b) { return v3(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z)); }
 static inline bool v3_finite(V3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }

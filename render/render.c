@@ -97,11 +97,25 @@ static cau_result find_waved(cau_render *r, CauError *err) {
     return CAU_OK;
 }
 
+static cau_result warn_of_contacts(cau_render *r, CauError *err) {
+    for (size_t i = 0; i < r->scene.object_count; i++) {
+        int on = trace_lies_on(r->trace, (int)i);
+        if (on >= 0)
+            CAU_TRY(scene_warn(&r->scene, err,
+                "object \"%s\" lies in the plane of \"%s\": as in Cycles, no light gets between the two; "
+                "lift it by a "
+                "millimetre if it should",
+                r->scene.objects[i].name, r->scene.objects[on].name));
+    }
+    return CAU_OK;
+}
+
 static cau_result render_prepare(cau_render *r, CauError *err) {
     CAU_TRY(scene_normalise(r->source, r->options.width, r->options.height, &r->scene, err));
     CAU_TRY(set_region(r, err));
     CAU_TRY(tasks_create(&r->pool, r->options.threads, err));
     CAU_TRY(trace_create(&r->trace, &r->scene, err));
+    CAU_TRY(warn_of_contacts(r, err));
     CAU_TRY(aim_create(&r->casters, &r->scene, AIM_CASTERS, err));
     CAU_TRY(aim_create(&r->surfaces, &r->scene, AIM_SURFACES, err));
     if (r->options.estimator != CAU_ESTIMATOR_R) CAU_TRY(bent_create(&r->bent, &r->scene, err));

@@ -37,7 +37,6 @@ KNOWN = {
     "plastic_principled": PRINCIPLED,
     "plastic_rough_principled": PRINCIPLED,
     "rough": "Cycles 3.4 takes the Fresnel term of rough glass at the normal; " + PLASTIC,
-    "d_wineglass": "the glass stands in the floor's plane: Cycles meets the floor first, we the glass (see docs/cycles.md)",
     "emission": "mesh lights are not yet supported",
 }
 

@@ -51,3 +51,5 @@ const MaterialKind material_diffuse = {
     .eval = eval,
     .albedo = albedo,
 };
+
+const Material material_black = {.kind = &material_diffuse};

@@ -73,6 +73,9 @@ typedef struct MaterialKind {
     Rgb (*transparency)(const Material *m);
 } MaterialKind;
 
+/** Keeps all the light that meets it; it has no lobes. */
+extern const Material material_black;
+
 const MaterialKind *material_find(const char *name);
 const MaterialKind *const *material_kinds(size_t *count);
 

@@ -13,12 +13,9 @@
 #define WORLD_MAX 1e15
 #define SCENE_MAX 1e17
 
-void warnings_add(Warnings *w, const char *format, ...) {
+static void add_text(Warnings *w, const char *format, va_list args) {
     char text[CAU_ERROR_TEXT_MAX];
-    va_list args;
-    va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
-    va_end(args);
     char *copy = string_copy(text);
     if (!copy || !array_reserve((void **)&w->texts, &w->capacity, w->count + 1, sizeof *w->texts)) {
         free(copy);
@@ -26,6 +23,24 @@ void warnings_add(Warnings *w, const char *format, ...) {
         return;
     }
     w->texts[w->count++] = copy;
+}
+
+void warnings_add(Warnings *w, const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    add_text(w, format, args);
+    va_end(args);
+}
+
+cau_result scene_warn(Scene *scene, CauError *err, const char *format, ...) {
+    Warnings w = {.texts = scene->warnings, .count = scene->warning_count, .capacity = scene->warning_count};
+    va_list args;
+    va_start(args, format);
+    add_text(&w, format, args);
+    va_end(args);
+    scene->warnings = w.texts;
+    scene->warning_count = w.count;
+    return w.lost ? error_set(err, CAU_ERROR_RESOURCE, "out of memory for the scene's warnings") : CAU_OK;
 }
 
 static cau_result prepare_materials(struct cau_scene *source, CauError *err) {

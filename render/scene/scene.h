@@ -139,7 +139,7 @@ typedef struct Scene {
     size_t light_count;
     LightSource world_source;
     V3 bounds_min, bounds_max; /**< of all objects, scene space */
-    char **warnings;
+    char **warnings;           /**< scene_warn() adds to them */
     size_t warning_count;
 } Scene;
 
@@ -147,6 +147,9 @@ typedef struct Scene {
 cau_result scene_normalise(
     struct cau_scene *source, int width_override, int height_override, Scene *out, CauError *err);
 void scene_free(Scene *scene);
+/** Adds a warning that only a later stage can know of. */
+cau_result scene_warn(Scene *scene, CauError *err, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 /** A 64-bit hash of everything the scene says (names, parameters, meshes, in this order), for metadata and
  *  checkpoints. It does not depend on the scene having been normalised. */

@@ -20,7 +20,9 @@ struct TraceScene {
     RTCScene rtc;
     bool any_hidden;      /* some object is invisible to some kind of ray */
     bool any_transparent; /* some object lets light straight through */
-    bool *touched;        /* [object] a receiver that a caster lies on, face to face */
+    Contact *contacts;    /* [object] where casters lie on receivers, face to face */
+    RTCScene touched;     /* the receivers that casters lie on; NULL: none */
+    RTCScene standing;    /* those casters */
 };
 
 /* What an exact surface needs beyond Embree's single precision. */
@@ -29,7 +31,6 @@ typedef struct ExactQuery {
     const TraceScene *trace;
     const Ray *ray;
     unsigned geometry; /* of the best exact hit so far */
-    bool skip_touched; /* see touched_filter() */
     ShapeHit best;
 } ExactQuery;
 
@@ -47,17 +48,16 @@ static void query_init(ExactQuery *q, const TraceScene *trace, const Ray *ray) {
     q->trace = trace;
     q->ray = ray;
     q->geometry = RTC_INVALID_GEOMETRY_ID;
-    q->skip_touched = false;
 }
 
-static void rtc_intersect(const TraceScene *s, ExactQuery *q, struct RTCRayHit *rayhit) {
+static void rtc_intersect(RTCScene scene, ExactQuery *q, struct RTCRayHit *rayhit) {
 #if RTC_VERSION_MAJOR >= 4
     struct RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.context = &q->base;
-    rtcIntersect1(s->rtc, rayhit, &arguments);
+    rtcIntersect1(scene, rayhit, &arguments);
 #else
-    rtcIntersect1(s->rtc, &q->base, rayhit);
+    rtcIntersect1(scene, &q->base, rayhit);
 #endif
 }
 
@@ -123,12 +123,6 @@ static void exact_occluded(const struct RTCOccludedFunctionNArguments *a) {
     if (exact_hit(a->geometryUserPtr, q->ray, q->ray->t_max, &hit)) ray->tfar = -INFINITY;
 }
 
-/* Where a caster's face lies in a receiver's face (a glass on a table), which of the two a ray meets first
- * would be chance. The caster is met first, as it was seen in Cycles: receivers so touched hide behind it. */
-static void touched_filter(const struct RTCFilterFunctionNArguments *a) {
-    if (((ExactQuery *)a->context)->skip_touched) a->valid[0] = 0;
-}
-
 /* ---- building ---- */
 
 static RTCGeometry exact_geometry(RTCDevice device, Object *o) {
@@ -161,35 +155,37 @@ static cau_result device_check(const TraceScene *s, const char *what, CauError *
         (int)code, what);
 }
 
-/* Filters cost a call per hit: only the touched geometries get one. */
-static void mark_contacts(TraceScene *s) {
-    const Scene *scene = s->scene;
-    bool any = false;
-    contacts_find(s, scene, s->touched);
-    for (size_t i = 0; i < scene->object_count; i++) {
-        if (!s->touched[i]) continue;
-        RTCGeometry g = rtcGetGeometry(s->rtc, (unsigned)i);
-        rtcSetGeometryIntersectFilterFunction(g, touched_filter);
-        rtcCommitGeometry(g);
-        any = true;
-    }
-    if (any) rtcCommitScene(s->rtc);
+static RTCScene part_of(const TraceScene *s, bool casters) {
+    RTCScene part = rtcNewScene(s->device);
+    rtcSetSceneFlags(part, RTC_SCENE_FLAG_ROBUST);
+    for (size_t i = 0; i < s->scene->object_count; i++)
+        if (casters ? s->contacts[i].caster : s->contacts[i].receiver)
+            rtcAttachGeometryByID(part, rtcGetGeometry(s->rtc, (unsigned)i), (unsigned)i);
+    rtcCommitScene(part);
+    return part;
+}
+
+/* What touches gets trees of its own: see nearest(). */
+static void find_contacts(TraceScene *s) {
+    if (!contacts_find(s, s->scene, s->contacts)) return;
+    s->touched = part_of(s, false);
+    s->standing = part_of(s, true);
 }
 
 cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
     *out = NULL;
     TraceScene *s = array_new(1, sizeof *s);
-    bool *touched = array_new(scene->object_count, sizeof *touched);
-    if (!s || !touched) {
+    Contact *contacts = array_new(scene->object_count, sizeof *contacts);
+    if (!s || !contacts) {
         free(s);
-        free(touched);
+        free(contacts);
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
     }
-    s->touched = touched;
+    s->contacts = contacts;
     s->scene = scene;
     s->device = rtcNewDevice(NULL);
     if (!s->device) {
-        free(touched);
+        free(contacts);
         free(s);
         return error_set(err, CAU_ERROR_RESOURCE, "Embree could not be started on this processor");
     }
@@ -206,7 +202,7 @@ cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
         rtcReleaseGeometry(g);
     }
     rtcCommitScene(s->rtc);
-    mark_contacts(s);
+    find_contacts(s);
     cau_result result = device_check(s, "building its tree", err);
     if (result != CAU_OK)
         trace_destroy(&s);
@@ -217,9 +213,11 @@ cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
 
 void trace_destroy(TraceScene **scene) {
     if (!*scene) return;
+    if ((*scene)->touched) rtcReleaseScene((*scene)->touched);
+    if ((*scene)->standing) rtcReleaseScene((*scene)->standing);
     rtcReleaseScene((*scene)->rtc);
     rtcReleaseDevice((*scene)->device);
-    free((*scene)->touched);
+    free((*scene)->contacts);
     free(*scene);
     *scene = NULL;
 }
@@ -326,36 +324,18 @@ static void exact_surface_hit(const Object *o, const ExactQuery *q, Hit *hit) {
     hit->slack = 1e-13 * (v3_length(p) + 1e3 * size);
 }
 
-static bool query(const TraceScene *s, const Ray *ray, ExactQuery *q, struct RTCRayHit *rayhit) {
-    rayhit->hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rayhit->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    q->ray = ray;
-    rtc_intersect(s, q, rayhit);
-    return rayhit->hit.geomID != RTC_INVALID_GEOMETRY_ID;
-}
-
-/* Puts a caster that lies face to face on the touched receiver just hit in its place. */
-static void prefer_caster(const TraceScene *s, const Ray *ray, ExactQuery *q, struct RTCRayHit *rayhit) {
-    double t = (double)rayhit->ray.tfar, width = 4 * CONTACT_DISTANCE + 1e-6 * t;
-    ExactQuery again = *q;
-    again.skip_touched = true;
-    struct RTCRayHit other = {.ray = rtc_ray(ray)};
-    other.ray.tnear = (float)fmax(t - width, (double)other.ray.tnear);
-    other.ray.tfar = (float)(t + width);
-    if (!query(s, ray, &again, &other)) return;
-    const Object *o = &s->scene->objects[other.hit.geomID];
-    if (!(s->scene->materials[o->material].lobes & LOBE_CASTING)) return;
-    *rayhit = other;
-    *q = again;
-}
-
-/* One query of Embree; objects are not filtered by visibility. */
-static bool nearest(const TraceScene *s, const Ray *ray, Hit *hit) {
+/* The nearest hit of a part of the scene between two distances, as single numbers; objects are not filtered
+ * by visibility. */
+static bool query(const TraceScene *s, RTCScene part, const Ray *ray, float t_near, float t_far, Hit *hit) {
     ExactQuery q;
     query_init(&q, s, ray);
     struct RTCRayHit rayhit = {.ray = rtc_ray(ray)};
-    if (!query(s, ray, &q, &rayhit)) return false;
-    if (s->touched[rayhit.hit.geomID]) prefer_caster(s, ray, &q, &rayhit);
+    rayhit.ray.tnear = fmaxf(t_near, rayhit.ray.tnear);
+    rayhit.ray.tfar = fminf(t_far, rayhit.ray.tfar);
+    rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtc_intersect(part, &q, &rayhit);
+    if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
     const Object *o = &s->scene->objects[rayhit.hit.geomID];
     hit->object = (int)rayhit.hit.geomID;
     hit->primitive = rayhit.hit.primID;
@@ -365,6 +345,29 @@ static bool nearest(const TraceScene *s, const Ray *ray, Hit *hit) {
     else
         triangle_hit(&o->mesh, ray, (double)rayhit.ray.tfar, rayhit.hit.primID, hit);
     return true;
+}
+
+/* Is there a face of `part` where the hit is? */
+static bool coincides(const TraceScene *s, RTCScene part, const Ray *ray, const Hit *hit) {
+    double width = 4 * CONTACT_DISTANCE + 1e-6 * hit->t;
+    Hit other;
+    return query(s, part, ray, (float)(hit->t - width), (float)(hit->t + width), &other);
+}
+
+/* Where a caster lies on a receiver, face to face, the light stays between the two, as in Cycles: contact.h.
+ */
+static bool nearest(const TraceScene *s, const Ray *ray, Hit *hit) {
+    if (!query(s, s->rtc, ray, 0, INFINITY, hit)) return false;
+    if (!s->touched || !contacts_near(s->contacts, s->scene->object_count, hit->position)) return true;
+    const Contact *met = &s->contacts[hit->object];
+    if ((met->caster && coincides(s, s->touched, ray, hit)) ||
+        (met->receiver && coincides(s, s->standing, ray, hit)))
+        hit->material = &material_black;
+    return true;
+}
+
+int trace_lies_on(const TraceScene *s, int object) {
+    return s->contacts[object].caster ? s->contacts[object].on : -1;
 }
 
 void trace_triangle_point(const TraceScene *s, int object, uint32_t primitive, double v, double w, Hit *hit) {

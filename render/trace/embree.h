@@ -43,6 +43,9 @@ bool trace_nearest(const TraceScene *scene, const Ray *ray, Hit *hit);
 void trace_triangle_point(
     const TraceScene *scene, int object, uint32_t primitive, double v, double w, Hit *hit);
 
+/** The receiver on which a caster lies, face to face (the first found), or -1. */
+int trace_lies_on(const TraceScene *scene, int object);
+
 /** Fraction of light that gets along the ray: 0 where something opaque is in between, else the product of the
  *  transparent materials' colours. */
 Rgb trace_transmittance(const TraceScene *scene, const Ray *ray);
