@@ -212,20 +212,19 @@ static void tell_pixels(Check *check) {
 
 static void check_tags(Check *check) {
     ColourTag tag;
-    const ExrPart *first = &check->picture.header->parts[0];
-    colour_tag_read(&tag, check->picture.header, 0);
+    const ExrHeader *header = check->picture.header;
+    size_t part = picture_colour_part(&check->picture, &check->lights);
+    colour_tag_read(&tag, header, part);
     if (tag.source == COLOUR_TAG_NONE && check->lights.count)
         fault(check,
             "the colour space is not said (no colorInteropID), so nothing can be added without naming it");
     else if (tag.source == COLOUR_TAG_NONE)
         report_line(check->report, "\"%s\": note: the colour space is not said", check->file);
     ColourTag other;
-    if (tag.source != COLOUR_TAG_ID && tag.source != COLOUR_TAG_ACES) return;
-    if (colour_tag_chromaticities(&other, first) && strcmp(other.id, tag.id) != 0) {
-        check->faults++;
-        report_line(check->report, "\"%s\": the colour space is said twice: %s, and the chromaticities of %s",
-            check->file, tag.id, other.id);
-    }
+    if (!colour_tag_other(&other, header, part, &tag)) return;
+    check->faults++;
+    report_line(check->report, "\"%s\": the colour space is said twice: %s by %s, %s by %s", check->file,
+        tag.id, report_tag_source((int)tag.source), other.id, report_tag_source((int)other.source));
 }
 
 static void check_windows(Check *check) {

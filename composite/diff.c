@@ -62,11 +62,21 @@ static void diff_parts(Diff *d) {
     }
 }
 
-/* The channel of that name in any part; false when there is none. */
-static bool find_channel(const ExrHeader *header, const char *name, size_t *part, size_t *channel) {
+static bool find_in_part(const ExrPart *part, const char *name, size_t *channel) {
+    for (*channel = 0; *channel < part->channel_count; ++*channel)
+        if (strcmp(part->channels[*channel].name, name) == 0) return true;
+    return false;
+}
+
+/* The channel of that name in the part that is the same as part `from` of `of`, else in any; false when there
+ * is none. */
+static bool find_channel(const ExrHeader *header, const ExrHeader *of, size_t from, const char *name,
+    size_t *part, size_t *channel) {
+    const ExrPart *same = same_part(header, &of->parts[from], from);
+    *part = same ? (size_t)(same - header->parts) : 0;
+    if (same && find_in_part(same, name, channel)) return true;
     for (*part = 0; *part < header->part_count; ++*part)
-        for (*channel = 0; *channel < header->parts[*part].channel_count; ++*channel)
-            if (strcmp(header->parts[*part].channels[*channel].name, name) == 0) return true;
+        if (find_in_part(&header->parts[*part], name, channel)) return true;
     return false;
 }
 
@@ -117,7 +127,9 @@ static cau_result diff_pixels(Diff *d, size_t part) {
         result = source_load(&d->sources[0], part, err);
         for (size_t c = 0; result == CAU_OK && c < p->channel_count; c++) {
             size_t other, channel;
-            if (!find_channel(d->pictures[1].header, p->channels[c].name, &other, &channel)) continue;
+            if (!find_channel(d->pictures[1].header, d->pictures[0].header, part, p->channels[c].name, &other,
+                    &channel))
+                continue;
             const ExrPart *q = &d->pictures[1].header->parts[other];
             if (q->channels[channel].type != p->channels[c].type ||
                 !exr_box_equal(p->data_window, q->data_window))
@@ -146,7 +158,7 @@ static void diff_channels(Diff *d, int from) {
         for (size_t c = 0; c < a->parts[i].channel_count; c++) {
             const ExrChannel *channel = &a->parts[i].channels[c];
             size_t part, at;
-            if (!find_channel(b, channel->name, &part, &at)) {
+            if (!find_channel(b, a, i, channel->name, &part, &at)) {
                 d->differences++;
                 report_line(d->report, "channel %s is in \"%s\" only", channel->name, d->names[from]);
             } else if (!from && b->parts[part].channels[at].type != channel->type) {

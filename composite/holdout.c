@@ -95,14 +95,28 @@ static cau_result find_mattes(const Job *job, Mattes *out) {
     return CAU_OK;
 }
 
-static int find_channel(const ExrPart *part, const char *layer, int rank, const char *letters) {
-    char name[512];
+/* "ViewLayer.CryptoObject00.r"; in one part of several views "ViewLayer.CryptoObject00.left.r". */
+static int find_channel(
+    const Job *job, const ExrPart *part, const char *layer, int rank, const char *letters) {
+    const char *view = job->target->view ? job->target->view : "";
+    char names[2][512];
     for (; *letters; letters++) {
-        snprintf(name, sizeof name, "%s%02d.%c", layer, rank, *letters);
+        snprintf(names[0], sizeof names[0], "%s%02d.%c", layer, rank, *letters);
+        snprintf(names[1], sizeof names[1], "%s%02d.%s.%c", layer, rank, view, *letters);
         for (size_t c = 0; c < part->channel_count; c++)
-            if (strcmp(part->channels[c].name, name) == 0) return (int)c;
+            if (strcmp(part->channels[c].name, names[0]) == 0 ||
+                strcmp(part->channels[c].name, names[1]) == 0)
+                return (int)c;
     }
     return -1;
+}
+
+/* The parts of a stereo picture that belong to another view than the target. */
+static bool is_of_other_view(const Job *job, const ExrPart *part) {
+    char *view = exr_attr_text(exr_attr_find(part, "view"));
+    bool other = view && job->target->view && strcmp(view, job->target->view) != 0;
+    free(view);
+    return other;
 }
 
 static cau_result add_rank(Job *job, size_t part, int id, int coverage) {
@@ -122,8 +136,11 @@ static cau_result add_ranks(Job *job, const char *layer) {
     for (int rank = 0; rank < 100; rank++)
         for (size_t i = 0; i < header->part_count; i++) {
             const ExrPart *part = &header->parts[i];
-            int r = find_channel(part, layer, rank, "rR"), g = find_channel(part, layer, rank, "gG");
-            int b = find_channel(part, layer, rank, "bB"), a = find_channel(part, layer, rank, "aA");
+            if (is_of_other_view(job, part)) continue;
+            int r = find_channel(job, part, layer, rank, "rR"),
+                g = find_channel(job, part, layer, rank, "gG");
+            int b = find_channel(job, part, layer, rank, "bB"),
+                a = find_channel(job, part, layer, rank, "aA");
             if (r >= 0 && g >= 0) CAU_TRY(add_rank(job, i, r, g));
             if (b >= 0 && a >= 0) CAU_TRY(add_rank(job, i, b, a));
             matches += r >= 0 && g >= 0;

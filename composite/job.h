@@ -173,6 +173,10 @@ void lights_free(Lights *lights);
 cau_result lights_match(
     Light **out, bool *indirect_only, const Lights *lights, const char *name, CauError *err);
 
+/** The part whose header says the space of a picture: of its light, else of its Combined or plain R,G,B, else
+ * the first. */
+size_t picture_colour_part(const Picture *picture, const Lights *lights);
+
 /** The passes to add to besides the target: light groups, direct diffuse. */
 cau_result targets_find(Job *job);
 

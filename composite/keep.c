@@ -15,7 +15,7 @@ static cau_result no_memory(const Job *job) {
 
 static bool is_named(const Picture *p, const char *pass) {
     for (size_t i = 0; i < p->layers.count; i++)
-        if (strcmp(exr_layer_pass(&p->layers.layers[i]), pass) == 0) return true;
+        if (strcmp(p->layers.layers[i].pass, pass) == 0) return true;
     return false;
 }
 
@@ -44,7 +44,7 @@ cau_result keep_choose(Job *job) {
     job->kept = array_new(all->count, sizeof *job->kept);
     if (!job->kept) return no_memory(job);
     for (size_t i = 0; i < all->count; i++) {
-        const char *pass = exr_layer_pass(&all->layers[i]);
+        const char *pass = all->layers[i].pass;
         bool light = is_light_layer(job, (int)i),
              named = strncmp(pass, CAU_LAYER_PREFIX, strlen(CAU_LAYER_PREFIX)) == 0;
         if (!exr_layer_is_rgb(&all->layers[i]) || !(light || named)) continue;
@@ -75,7 +75,7 @@ static cau_result copy_shared(ExrPart *to, const ExrPart *from, CauError *err) {
 static cau_result add_part(const Job *job, ExrPart *part, const ExrPart *first, const Kept *kept) {
     const ExrLayer *layer = &job->caustics.layers.layers[kept->layer];
     const ExrPart *from = &job->caustics.header->parts[layer->part];
-    const char *pass = exr_layer_pass(layer);
+    const char *pass = layer->pass;
     ExrBox w = from->data_window;
     *part = (ExrPart){.codec = exr_codec_is_lossy(from->codec) ? EXR_CODEC_ZIP : from->codec,
         .data_window = {w.x0 - job->shift_x, w.y0 - job->shift_y, w.x1 - job->shift_x, w.y1 - job->shift_y},
@@ -111,7 +111,7 @@ static cau_result write_list(const Job *job, ExrPart *first) {
     free(json);
     for (size_t i = 0; result == CAU_OK && i < all.count; i++)
         for (size_t k = 0; k < job->kept_count; k++) {
-            const char *pass = exr_layer_pass(&job->caustics.layers.layers[job->kept[k].layer]);
+            const char *pass = job->caustics.layers.layers[job->kept[k].layer].pass;
             if (strcmp(pass, all.entries[i].layer) == 0)
                 result = layer_list_add(&kept, pass, all.entries[i].light, all.entries[i].kind, job->err);
         }

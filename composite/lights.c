@@ -60,7 +60,7 @@ static cau_result add_layer(
 /* The layer's own name: what a host put before it ("ViewLayer.caustics_key") is not part of it. */
 static int find_layer(const Picture *p, const char *name) {
     for (size_t i = 0; i < p->layers.count; i++)
-        if (strcmp(exr_layer_pass(&p->layers.layers[i]), name) == 0 && exr_layer_is_rgb(&p->layers.layers[i]))
+        if (strcmp(p->layers.layers[i].pass, name) == 0 && exr_layer_is_rgb(&p->layers.layers[i]))
             return (int)i;
     return -1;
 }
@@ -87,7 +87,7 @@ static cau_result from_header(Lights *out, const Picture *p, const char *json, C
 
 static cau_result from_names(Lights *out, const Picture *p, CauError *err) {
     for (size_t i = 0; i < p->layers.count; i++) {
-        const char *name = exr_layer_pass(&p->layers.layers[i]);
+        const char *name = p->layers.layers[i].pass;
         cau_layer_kind kind;
         char *light = array_new(strlen(name) + 1, 1);
         if (!light) return no_memory(err);
@@ -111,7 +111,7 @@ static char *base_of(const Light *light, const Picture *p) {
         int layer;
         memcpy(&layer, (const char *)light + ways[i].offset, sizeof layer);
         if (layer < 0) continue;
-        char *base = string_copy(exr_layer_pass(&p->layers.layers[layer]));
+        char *base = string_copy(p->layers.layers[layer].pass);
         size_t n = base ? strlen(base) : 0, m = strlen(ways[i].suffix);
         if (n > m && strcmp(base + n - m, ways[i].suffix) == 0) base[n - m] = '\0';
         return base;
@@ -121,7 +121,11 @@ static char *base_of(const Light *light, const Picture *p) {
 
 cau_result lights_find(Lights *out, const Picture *caustics, CauError *err) {
     *out = (Lights){0};
-    char *json = exr_attr_text(exr_attr_find(&caustics->header->parts[0], CAU_ATTRIBUTE_LAYERS));
+    const ExrAttr *attr = exr_attr_find(&caustics->header->parts[0], CAU_ATTRIBUTE_LAYERS);
+    char *json = exr_attr_text(attr);
+    if (attr && !json)
+        return error_set(err, CAU_ERROR_INPUT, "\"%s\": attribute %s is of type %s, not a text",
+            exr_reader_path(caustics->reader), CAU_ATTRIBUTE_LAYERS, attr->type);
     cau_result result = json ? from_header(out, caustics, json, err) : from_names(out, caustics, err);
     free(json);
     for (size_t i = 0; result == CAU_OK && i < out->count; i++) {
@@ -129,6 +133,19 @@ cau_result lights_find(Lights *out, const Picture *caustics, CauError *err) {
         if (!out->lights[i].base) result = no_memory(err);
     }
     return result;
+}
+
+size_t picture_colour_part(const Picture *p, const Lights *lights) {
+    for (size_t i = 0; i < lights->count; i++) {
+        const Light *l = &lights->lights[i];
+        int layer = l->radiance >= 0 ? l->radiance : l->indirect >= 0 ? l->indirect : l->seen;
+        /* An output of `add` may hold both: its own space is that of both. */
+        if (layer >= 0 && !exr_attr_find(&p->header->parts[0], CAU_ATTRIBUTE_MERGE))
+            return p->layers.layers[layer].part;
+    }
+    const ExrLayer *layer;
+    CauError unused = {0};
+    return picture_default_layer(&layer, p, "", &unused) == CAU_OK ? layer->part : 0;
 }
 
 void lights_free(Lights *lights) {

@@ -74,9 +74,9 @@ const char *report_tag_source(int source) {
     return sources[source];
 }
 
-static void list_colour(const Report *report, const Picture *p) {
+static void list_colour(const Report *report, const Picture *p, const Lights *lights) {
     ColourTag tag;
-    colour_tag_read(&tag, p->header, 0);
+    colour_tag_read(&tag, p->header, picture_colour_part(p, lights));
     if (tag.source == COLOUR_TAG_NONE)
         report_line(report, "colour: not said");
     else
@@ -92,8 +92,8 @@ static cau_result list_open(const Report *report, const Picture *p) {
     Lights lights;
     cau_result result = lights_find(&lights, p, report->err);
     for (size_t i = 0; result == CAU_OK && i < lights.count; i++) list_light(report, p, &lights.lights[i]);
+    list_colour(report, p, &lights);
     lights_free(&lights);
-    list_colour(report, p);
     for (size_t i = 0; i < sizeof attributes / sizeof *attributes; i++)
         list_attribute(report, &p->header->parts[0], attributes[i]);
     return result;

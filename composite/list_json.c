@@ -90,9 +90,9 @@ static json_t *attribute_json(const Picture *p, const char *name, bool is_json) 
     return out;
 }
 
-static json_t *colour_json(const Picture *p) {
+static json_t *colour_json(const Picture *p, const Lights *lights) {
     ColourTag tag;
-    colour_tag_read(&tag, p->header, 0);
+    colour_tag_read(&tag, p->header, picture_colour_part(p, lights));
     if (tag.source == COLOUR_TAG_NONE) return json_null();
     return json_pack("{s:o, s:s}", "space", text_json(tag.id), "source", report_tag_source((int)tag.source));
 }
@@ -115,7 +115,7 @@ static json_t *file_json(const Picture *p, const char *file, const Lights *light
     json_object_set_new(out, "parts", parts);
     json_object_set_new(out, "layers", layers_json(p));
     json_object_set_new(out, "lights", lights_json(p, lights, errors));
-    json_object_set_new(out, "colour", colour_json(p));
+    json_object_set_new(out, "colour", colour_json(p, lights));
     for (size_t i = 0; i < sizeof attributes / sizeof *attributes; i++)
         json_object_set_new(
             out, attributes[i].key, attribute_json(p, attributes[i].name, attributes[i].is_json));

@@ -7,14 +7,21 @@
 
 static const ExrPart *target_part(const Job *job) { return &job->beauty.header->parts[job->target->part]; }
 
-/* A shot's caustics all have the same windows; the first light layer stands for them. */
-static const ExrPart *caustics_part(const Job *job) {
+/* The part of the first light layer, for what all have alike; in *window what all of them cover. */
+static const ExrPart *caustics_part(const Job *job, ExrBox *window) {
+    const ExrPart *first = NULL;
     for (size_t i = 0; i < job->lights.count; i++) {
         const Light *l = &job->lights.lights[i];
-        int layer = l->radiance >= 0 ? l->radiance : l->indirect >= 0 ? l->indirect : l->seen;
-        if (layer >= 0) return &job->caustics.header->parts[job->caustics.layers.layers[layer].part];
+        const int layers[] = {l->radiance, l->indirect, l->irradiance, l->seen};
+        for (size_t k = 0; k < sizeof layers / sizeof *layers; k++) {
+            if (layers[k] < 0) continue;
+            const ExrPart *part = &job->caustics.header->parts[job->caustics.layers.layers[layers[k]].part];
+            *window = first ? exr_box_union(*window, part->data_window) : part->data_window;
+            if (!first) first = part;
+        }
     }
-    return &job->caustics.header->parts[0];
+    if (!first) *window = job->caustics.header->parts[0].data_window;
+    return first ? first : &job->caustics.header->parts[0];
 }
 
 static cau_result match_target(Job *job) {
@@ -72,7 +79,8 @@ static cau_result check_frame(const Job *job, const ExrPart *b, const ExrPart *c
 }
 
 static cau_result match_windows(Job *job) {
-    const ExrPart *b = target_part(job), *c = caustics_part(job);
+    ExrBox v;
+    const ExrPart *b = target_part(job), *c = caustics_part(job, &v);
     if (fabsf(b->pixel_aspect - c->pixel_aspect) > 1e-4f * b->pixel_aspect)
         return error_set(job->err, CAU_ERROR_INPUT, "the pixel aspects differ: %g in \"%s\", %g in \"%s\"",
             (double)b->pixel_aspect, job->options->beauty, (double)c->pixel_aspect, job->options->caustics);
@@ -82,7 +90,7 @@ static cau_result match_windows(Job *job) {
     } else {
         CAU_TRY(check_frame(job, b, c));
     }
-    ExrBox w = b->data_window, v = c->data_window;
+    ExrBox w = b->data_window;
     int64_t x0 = (int64_t)w.x0 + job->shift_x, x1 = (int64_t)w.x1 + job->shift_x;
     int64_t y0 = (int64_t)w.y0 + job->shift_y, y1 = (int64_t)w.y1 + job->shift_y;
     if (x1 < v.x0 || x0 > v.x1 || y1 < v.y0 || y0 > v.y1)
@@ -120,8 +128,8 @@ cau_result job_match(Job *job) {
     say_levels(job, &job->caustics);
     CAU_TRY(space_find(&job->beauty_space, &job->beauty_tag, job, &job->beauty, job->target->part,
         o->beauty_space, "--beauty-space"));
-    CAU_TRY(space_find(
-        &job->caustics_space, &unused, job, &job->caustics, 0, o->caustics_space, "--caustics-space"));
+    CAU_TRY(space_find(&job->caustics_space, &unused, job, &job->caustics,
+        picture_colour_part(&job->caustics, &job->lights), o->caustics_space, "--caustics-space"));
     if (o->keep_layers) CAU_TRY(keep_choose(job));
     job->tint_space = job->beauty_space;
     if (o->tint_space) CAU_TRY(space_named(&job->tint_space, job, o->tint_space, "--tint-space"));

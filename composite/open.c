@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Opens the inputs, and makes sure that the output is none of them before anything is computed. */
 #include "composite/job.h"
+#include "core/file_atomic.h"
 
 #include <glob.h>
 #include <limits.h>
@@ -29,7 +30,10 @@ cau_result output_check(const char *output, const char *input, CauError *err) {
     struct stat out, in;
     if (lstat(output, &out) == 0 && !S_ISREG(out.st_mode) && !S_ISLNK(out.st_mode) && !S_ISDIR(out.st_mode))
         return error_set(
-            err, CAU_ERROR_INPUT, "cannot write \"%s\": it is a device or a pipe, not a file", output);
+            err, CAU_ERROR_RESOURCE, "cannot write \"%s\": it is a device or a pipe; name a file", output);
+    if (stat(output, &out) == 0 && S_ISDIR(out.st_mode))
+        return error_set(
+            err, CAU_ERROR_RESOURCE, "cannot write \"%s\": it is a folder; name a file in it", output);
     if (!input || stat(output, &out) != 0 || stat(input, &in) != 0) return CAU_OK;
     if (in.st_dev != out.st_dev || in.st_ino != out.st_ino) return CAU_OK;
     return error_set(err, CAU_ERROR_INPUT,
@@ -54,6 +58,19 @@ static cau_result check_outputs(const Job *job) {
         for (int k = 0; k < i; k++)
             if (outputs[i] && outputs[k] && strcmp(outputs[i], outputs[k]) == 0)
                 return error_set(job->err, CAU_ERROR_USAGE, "two outputs are both \"%s\"", outputs[i]);
+    }
+    return CAU_OK;
+}
+
+/* What is written after the picture must not fail when that is there: tried now. */
+static cau_result try_outputs(const Job *job) {
+    const cau_merge_options *o = job->options;
+    const char *outputs[] = {o->preview, o->contact_sheet, o->write_recipe};
+    for (size_t i = 0; o->output && i < sizeof outputs / sizeof *outputs; i++) {
+        FileAtomic file;
+        if (!outputs[i]) continue;
+        CAU_TRY(file_atomic_begin(&file, outputs[i], job->err));
+        file_atomic_abort(&file);
     }
     return CAU_OK;
 }
@@ -96,6 +113,7 @@ cau_result job_open_colour(Colour **out, const cau_merge_options *o, CauError *e
 cau_result job_open(Job *job) {
     const cau_merge_options *o = job->options;
     CAU_TRY(check_outputs(job));
+    CAU_TRY(try_outputs(job));
     if (!job->colour_lent) CAU_TRY(job_open_colour(&job->colour, o, job->err));
     CAU_TRY(picture_open(&job->beauty, o->beauty, job->err));
     CAU_TRY(picture_check_readable(&job->beauty, job->err));

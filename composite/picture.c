@@ -26,24 +26,40 @@ cau_result picture_check_readable(const Picture *picture, CauError *err) {
     return CAU_OK;
 }
 
-typedef bool Wanted(const ExrLayer *layer, const char *name);
+typedef bool Wanted(const Picture *picture, const ExrLayer *layer, const char *name);
 
-static bool is_rgb(const ExrLayer *l, const char *name) {
+static bool is_rgb(const Picture *p, const ExrLayer *l, const char *name) {
+    (void)p;
     (void)name;
     return exr_layer_is_rgb(l);
 }
-static bool has_name(const ExrLayer *l, const char *name) {
-    return is_rgb(l, name) && strcmp(l->name, name) == 0;
+static bool has_full_name(const Picture *p, const ExrLayer *l, const char *name) {
+    return is_rgb(p, l, name) && strcmp(exr_layer_shown(l), name) == 0;
 }
-static bool has_pass(const ExrLayer *l, const char *name) {
-    return is_rgb(l, name) && strcmp(exr_layer_pass(l), name) == 0;
+static bool has_name(const Picture *p, const ExrLayer *l, const char *name) {
+    return is_rgb(p, l, name) && strcmp(l->name, name) == 0;
 }
-static bool is_bare(const ExrLayer *l, const char *name) { return is_rgb(l, name) && l->bare; }
+static bool has_pass(const Picture *p, const ExrLayer *l, const char *name) {
+    return is_rgb(p, l, name) && strcmp(l->pass, name) == 0;
+}
+/* "Combined.left", as it would be the end of a channel's name. */
+static bool has_pass_of_view(const Picture *p, const ExrLayer *l, const char *name) {
+    size_t pass = strlen(l->pass);
+    return is_rgb(p, l, name) && l->view && pass && strncmp(l->pass, name, pass) == 0 && name[pass] == '.' &&
+           strcmp(name + pass + 1, l->view) == 0;
+}
+static bool is_in_part(const Picture *p, const ExrLayer *l, const char *name) {
+    const char *part = p->header->parts[l->part].name;
+    return is_rgb(p, l, name) && part && strcmp(part, name) == 0;
+}
+static bool is_bare(const Picture *p, const ExrLayer *l, const char *name) {
+    return is_rgb(p, l, name) && l->bare;
+}
 
 static size_t count_layers(const Picture *p, Wanted *wanted, const char *name, const ExrLayer **first) {
     size_t count = 0;
     for (size_t i = 0; i < p->layers.count; i++)
-        if (wanted(&p->layers.layers[i], name) && count++ == 0) *first = &p->layers.layers[i];
+        if (wanted(p, &p->layers.layers[i], name) && count++ == 0) *first = &p->layers.layers[i];
     return count;
 }
 
@@ -53,7 +69,7 @@ static void list_layers(char *text, const Picture *p, Wanted *wanted, const char
     text[0] = '\0';
     for (size_t i = 0; i < p->layers.count; i++) {
         const ExrLayer *l = &p->layers.layers[i];
-        if (!wanted(l, name)) continue;
+        if (!wanted(p, l, name)) continue;
         const char *shown = exr_layer_shown(l);
         if (used + strlen(shown) + 8 > LIST_TEXT) {
             snprintf(text + used, LIST_TEXT - used, ", ...");
@@ -89,7 +105,7 @@ static cau_result not_found(const Picture *p, const char *name, const char *opti
 
 cau_result picture_find_layer(
     const ExrLayer **out, const Picture *p, const char *wanted, const char *option, CauError *err) {
-    static Wanted *const ways[] = {has_name, has_pass};
+    static Wanted *const ways[] = {has_full_name, has_name, has_pass, has_pass_of_view, is_in_part};
     for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
         size_t count = count_layers(p, ways[i], wanted, out);
         if (count == 1) return CAU_OK;

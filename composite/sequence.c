@@ -19,7 +19,7 @@ typedef struct Frame {
     Sequence *sequence;
     int number;
     cau_merge_options options;
-    char *names[7]; /* the storage of the options' names */
+    char *names[8]; /* the storage of the options' names */
     json_t *notices;
     bool skipped;
     cau_result result;
@@ -34,6 +34,7 @@ struct Sequence {
     Frame *running; /* per slot */
     unsigned threads, at_once;
     atomic_bool cancelled;
+    atomic_bool recipe_written; /* one that is not of each frame */
     json_t *told;
     size_t done, skipped, failed;
 };
@@ -81,6 +82,7 @@ static const struct Name {
     {offsetof(cau_merge_options, preview), true},
     {offsetof(cau_merge_options, contact_sheet), true},
     {offsetof(cau_merge_options, recipe), false},
+    {offsetof(cau_merge_options, write_recipe), false},
     {offsetof(cau_merge_options, holdout), false},
 };
 enum { NAMES = sizeof names / sizeof *names };
@@ -133,14 +135,14 @@ static cau_result prepare(const Sequence *s, Frame *f) {
     }
     if (s->at_once > 1) f->options.threads = s->threads / s->at_once ? s->threads / s->at_once : 1;
     f->options.memory_bytes = job_memory(s->options) / s->at_once;
-    if (f->number != s->frames->first) f->options.write_recipe = NULL; /* the same for all */
+    if (atomic_load(&s->recipe_written)) f->options.write_recipe = NULL; /* the same for all */
     return f->notices ? CAU_OK : error_set(&f->err, CAU_ERROR_RESOURCE, "out of memory for a frame");
 }
 
 /* A picture that is asked for, or none. */
 static bool is_there(const char *path) { return !path || access(path, R_OK) == 0; }
 
-static cau_result add_frame(const Sequence *s, Frame *f) {
+static cau_result add_frame(Sequence *s, Frame *f) {
     char stamp[STAMP_MAX];
     CAU_TRY(prepare(s, f));
     CAU_TRY(stamp_make(stamp, &f->options, &f->err));
@@ -152,6 +154,8 @@ static cau_result add_frame(const Sequence *s, Frame *f) {
     cau_result result = job_add(&job);
     f->repaired = job.repaired;
     f->clamped = job.clamped;
+    if (result == CAU_OK && f->options.write_recipe == s->options->write_recipe)
+        atomic_store(&s->recipe_written, true);
     return result;
 }
 

@@ -23,14 +23,17 @@ static cau_result add_target(Job *job, const ExrLayer *layer, int light, const E
     return CAU_OK;
 }
 
-/* The layer of the target's view layer whose pass has that name; NULL. */
+/* Of the target's view layer, and of its view in a stereo picture. */
+static bool is_sibling(const Job *job, const ExrLayer *l) {
+    return exr_layer_is_rgb(l) && l->pass_at == job->target->pass_at &&
+           strncmp(l->name, job->target->name, l->pass_at) == 0 && exr_layer_same_view(l, job->target);
+}
+
+/* The sibling whose pass has that name; NULL. */
 static const ExrLayer *sibling(const Job *job, const char *pass) {
-    size_t view = (size_t)(exr_layer_pass(job->target) - job->target->name);
     for (size_t i = 0; i < job->beauty.layers.count; i++) {
         const ExrLayer *l = &job->beauty.layers.layers[i];
-        if (exr_layer_is_rgb(l) && strncmp(l->name, job->target->name, view) == 0 &&
-            strcmp(l->name + view, pass) == 0)
-            return l;
+        if (is_sibling(job, l) && strcmp(l->pass, pass) == 0) return l;
     }
     return NULL;
 }
@@ -47,14 +50,13 @@ static bool names_group(const Light *light, const char *group) {
 
 static cau_result find_groups(Job *job) {
     static const char prefix[] = "Combined_";
-    size_t view = (size_t)(exr_layer_pass(job->target) - job->target->name), found = 0;
+    size_t found = 0;
     for (size_t k = 0; k < job->lights.count; k++) {
         bool any = false;
         for (size_t i = 0; i < job->beauty.layers.count; i++) {
             const ExrLayer *l = &job->beauty.layers.layers[i];
-            if (!exr_layer_is_rgb(l) || strncmp(l->name, job->target->name, view) != 0 ||
-                strncmp(l->name + view, prefix, sizeof prefix - 1) != 0 ||
-                !names_group(&job->lights.lights[k], l->name + view + sizeof prefix - 1))
+            if (!is_sibling(job, l) || strncmp(l->pass, prefix, sizeof prefix - 1) != 0 ||
+                !names_group(&job->lights.lights[k], l->pass + sizeof prefix - 1))
                 continue;
             CAU_TRY(add_target(job, l, (int)k, NULL));
             any = true;

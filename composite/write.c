@@ -14,16 +14,18 @@ static cau_result choose_codecs(const Job *job, ExrHeader *header) {
         return error_set(job->err, CAU_ERROR_USAGE,
             "unknown compression \"%s\", not one of none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab",
             job->options->compression);
+    size_t lossy = header->part_count;
     for (size_t i = 0; i < header->part_count; i++) {
         ExrPart *part = &header->parts[i];
-        if (exr_codec_is_lossy(part->codec) && !job->options->compression)
-            job_notice(job,
-                "part %zu of the beauty is compressed with loss (%s): it is written as zip, so that "
-                "nothing is lost twice (--compression overrides)",
-                i, exr_codec_name(part->codec));
+        if (exr_codec_is_lossy(part->codec) && lossy == header->part_count) lossy = i;
         if (job->options->compression || exr_codec_is_lossy(part->codec)) part->codec = wanted;
         part->levels = EXR_LEVELS_ONE;
     }
+    if (lossy < header->part_count && !job->options->compression)
+        job_notice(job,
+            "the beauty is compressed with loss (%s): it is written as zip, so that nothing is lost twice "
+            "(--compression overrides)",
+            exr_codec_name(job->beauty.header->parts[lossy].codec));
     return CAU_OK;
 }
 

@@ -96,28 +96,46 @@ static bool read_blender(ColourTag *tag, const ExrPart *part) {
     return signature;
 }
 
-bool colour_tag_chromaticities(ColourTag *out, const ExrPart *part) {
-    *out = (ColourTag){0};
-    return read_chromaticities(out, part) && out->source == COLOUR_TAG_CHROMATICITIES;
+/* Each part may say that it holds no colour; that says nothing of the others. */
+static bool is_data(const ExrPart *part) {
+    ColourTag tag;
+    return read_id(&tag, part) && strcmp(tag.id, "data") == 0;
 }
 
 void colour_tag_read(ColourTag *out, const ExrHeader *header, size_t part) {
     static bool (*const readers[])(ColourTag *, const ExrPart *) = {
         read_flag, read_id, read_chromaticities, read_blender};
+    bool first_too = part && !is_data(&header->parts[0]);
     *out = (ColourTag){0};
-    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++)
-        if (readers[i](out, &header->parts[part]) || (part && readers[i](out, &header->parts[0]))) return;
+    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++) {
+        if (readers[i](out, &header->parts[part])) return;
+        if ((first_too || (part && readers[i] == read_blender)) && readers[i](out, &header->parts[0])) return;
+    }
 }
 
-/* Takes away what says something other than `id`. */
-static void remove_contradictions(ExrPart *part, const char *id) {
+bool colour_tag_other(ColourTag *out, const ExrHeader *header, size_t part, const ColourTag *believed) {
+    static bool (*const readers[])(ColourTag *, const ExrPart *) = {read_id, read_chromaticities};
+    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++) {
+        const ExrPart *from = &header->parts[part];
+        *out = (ColourTag){0};
+        if (!readers[i](out, from) && (is_data(&header->parts[0]) || !readers[i](out, &header->parts[0])))
+            continue;
+        if (out->source > believed->source && strcmp(out->id, believed->id) != 0) return true;
+    }
+    return false;
+}
+
+/* Takes away what says something other than `id`; whether there was an interchange name among it. */
+static bool remove_contradictions(ExrPart *part, const char *id) {
     const ExrAttr *attr;
+    bool named = false;
     while ((attr = exr_attr_find_any_case(part, CAU_ATTRIBUTE_COLOR_ID))) {
         char *text = exr_attr_text(attr);
         bool agrees = text && id && strcasecmp(text, id) == 0;
         free(text);
         if (agrees) break;
         exr_attr_remove(part, attr->name);
+        named = true;
     }
     const KnownSpace *space = space_of(exr_attr_find(part, "chromaticities"));
     if (!space || !id || strcmp(space->id, id) != 0) exr_attr_remove(part, "chromaticities");
@@ -125,18 +143,37 @@ static void remove_contradictions(ExrPart *part, const char *id) {
     if (exr_attr_int32(exr_attr_find(part, "acesImageContainerFlag"), &flag) && flag == 1 &&
         (!id || strcmp(id, "lin_ap0_scene") != 0))
         exr_attr_remove(part, "acesImageContainerFlag");
+    return named;
+}
+
+/* In the first part, where readers look; in the target's own where the first holds no colour. */
+static cau_result set_id_of(ExrHeader *header, size_t part, const char *id, CauError *err) {
+    ExrPart *to = &header->parts[part && is_data(&header->parts[0]) ? part : 0];
+    const ExrAttr *silent = exr_attr_find_any_case(to, CAU_ATTRIBUTE_COLOR_ID);
+    if (silent) exr_attr_remove(to, silent->name); /* "unknown" */
+    return exr_attr_set_text(to, CAU_ATTRIBUTE_COLOR_ID, id, err);
 }
 
 cau_result colour_tag_add(ExrHeader *header, size_t part, const char *id, CauError *err) {
     ColourTag there;
-    if (read_id(&there, &header->parts[part]) || read_id(&there, &header->parts[0])) return CAU_OK;
-    const ExrAttr *silent = exr_attr_find_any_case(&header->parts[0], CAU_ATTRIBUTE_COLOR_ID);
-    if (silent) exr_attr_remove(&header->parts[0], silent->name); /* "unknown" */
-    return exr_attr_set_text(&header->parts[0], CAU_ATTRIBUTE_COLOR_ID, id, err);
+    if (read_id(&there, &header->parts[part])) return CAU_OK;
+    const ExrAttr *silent = exr_attr_find_any_case(&header->parts[part], CAU_ATTRIBUTE_COLOR_ID);
+    if (silent) exr_attr_remove(&header->parts[part], silent->name);
+    if (!is_data(&header->parts[0]) && read_id(&there, &header->parts[0])) return CAU_OK;
+    return set_id_of(header, part, id, err);
 }
 
 cau_result colour_tag_replace(ExrHeader *header, size_t part, const char *id, CauError *err) {
-    remove_contradictions(&header->parts[part], id);
-    if (part) remove_contradictions(&header->parts[0], id);
+    for (size_t i = 0; i < header->part_count; i++) {
+        if (i != part && is_data(&header->parts[i])) {
+            /* All parts of a file must have the same chromaticities, or none. */
+            const KnownSpace *space = space_of(exr_attr_find(&header->parts[i], "chromaticities"));
+            if (!space || !id || strcmp(space->id, id) != 0)
+                exr_attr_remove(&header->parts[i], "chromaticities");
+            continue;
+        }
+        bool named = remove_contradictions(&header->parts[i], id);
+        if (named && id) CAU_TRY(exr_attr_set_text(&header->parts[i], CAU_ATTRIBUTE_COLOR_ID, id, err));
+    }
     return id ? colour_tag_add(header, part, id, err) : CAU_OK;
 }

@@ -24,11 +24,11 @@ typedef struct ColourTag {
     bool unknown_chromaticities; /**< there are some, but of no space in our list */
 } ColourTag;
 
-/** Looks in `part`, then in the first part. */
+/** Looks in `part`, then in the first part unless that one holds no colour (its name is "data"). */
 void colour_tag_read(ColourTag *out, const ExrHeader *header, size_t part);
 
-/** What the chromaticities alone say; false when there are none, or of no known space. */
-bool colour_tag_chromaticities(ColourTag *out, const ExrPart *part);
+/** What else the header says, of lesser rank than what is believed and other than it; false when nothing. */
+bool colour_tag_other(ColourTag *out, const ExrHeader *header, size_t part, const ColourTag *believed);
 
 /** Known interchange names, and the other names under which configurations list the same space. */
 size_t colour_id_count(void);
@@ -37,8 +37,8 @@ const char *colour_id_other_name(size_t index, size_t which);
 
 /** Makes the header say `id` where it says nothing. */
 cau_result colour_tag_add(ExrHeader *header, size_t part, const char *id, CauError *err);
-/** Makes the header of `part` (and the first) say `id`, and nothing that contradicts it. `id` NULL: the space
- * has no interchange name, so only what contradicts is removed. */
+/** Makes the header of `part` and of all parts that hold colour say `id`, and nothing that contradicts it.
+ * `id` NULL: the space has no interchange name, so only what contradicts is removed. */
 cau_result colour_tag_replace(ExrHeader *header, size_t part, const char *id, CauError *err);
 
 #endif

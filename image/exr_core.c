@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -153,5 +154,7 @@ cau_result exr_core_error(
     size_t length = strlen(path);
     if (strncmp(reason, path, length) == 0 && reason[length] == ':') reason += length + 1;
     reason += strspn(reason, " ");
-    return error_set(err, CAU_ERROR_INPUT, "cannot %s \"%s\": %s", doing, path, reason);
+    bool reading = strncmp(doing, "read", 4) == 0;
+    return error_set(err, CAU_ERROR_INPUT, "cannot %s \"%s\": %s%s", doing, path, reason,
+        reading ? "; the file is damaged, cut off or no EXR: render or copy it again" : "");
 }

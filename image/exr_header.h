@@ -80,6 +80,12 @@ static inline bool exr_box_equal(ExrBox a, ExrBox b) {
     return a.x0 == b.x0 && a.y0 == b.y0 && a.x1 == b.x1 && a.y1 == b.y1;
 }
 
+/** The smallest box that covers both. */
+static inline ExrBox exr_box_union(ExrBox a, ExrBox b) {
+    return (ExrBox){a.x0 < b.x0 ? a.x0 : b.x0, a.y0 < b.y0 ? a.y0 : b.y0, a.x1 > b.x1 ? a.x1 : b.x1,
+        a.y1 > b.y1 ? a.y1 : b.y1};
+}
+
 /** "zip", "dwaa" ...; NULL for a value out of range. */
 const char *exr_codec_name(ExrCodec codec);
 /** False when there is no codec of that name. */

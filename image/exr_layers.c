@@ -3,15 +3,16 @@
 
 #include "core/checked.h"
 
+#include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
-const char *exr_layer_pass(const ExrLayer *layer) {
-    const char *dot = strrchr(layer->name, '.');
-    return dot ? dot + 1 : layer->name;
-}
+const char *exr_layer_shown(const ExrLayer *layer) { return layer->full[0] ? layer->full : "R,G,B"; }
 
-const char *exr_layer_shown(const ExrLayer *layer) { return layer->name[0] ? layer->name : "R,G,B"; }
+bool exr_layer_same_view(const ExrLayer *a, const ExrLayer *b) {
+    return a->view && b->view ? strcmp(a->view, b->view) == 0 : !a->view && !b->view;
+}
 
 /* 0, 1, 2 for red, green, blue; 3 for a single value; -1 for anything else. */
 static int colour_index(const char *id, const char *layer) {
@@ -70,6 +71,60 @@ static cau_result add_channel(
     return CAU_OK;
 }
 
+/* The view at `index` of those that the part lists; NULL beyond the last. *length without a zero. */
+static const char *listed_view(const ExrPart *part, size_t index, size_t *length) {
+    const ExrAttr *attr = exr_attr_find(part, "multiView");
+    const char *bytes = attr ? attr->data : NULL;
+    size_t at = 0;
+    while (attr && strcmp(attr->type, "stringvector") == 0 && at + 4 <= attr->size) {
+        uint32_t bytes_of;
+        memcpy(&bytes_of, bytes + at, sizeof bytes_of);
+        at += sizeof bytes_of;
+        if (bytes_of > attr->size - at) return NULL;
+        *length = bytes_of;
+        if (index-- == 0) return bytes + at;
+        at += bytes_of;
+    }
+    return NULL;
+}
+
+/* The view of a layer whose part holds several; *at_end: it is the name's last word. */
+static char *view_of_several(const ExrLayer *layer, const ExrPart *part, bool *at_end) {
+    const char *view, *dot = strrchr(layer->name, '.'), *word = dot ? dot + 1 : layer->name;
+    size_t length;
+    *at_end = false;
+    if (layer->bare) {
+        view = listed_view(part, 0, &length);
+        return view ? strndup(view, length) : NULL;
+    }
+    for (size_t i = 0; (view = listed_view(part, i, &length)); i++)
+        if (strlen(word) == length && memcmp(view, word, length) == 0) {
+            *at_end = true;
+            return string_copy(word);
+        }
+    return NULL;
+}
+
+static cau_result split_name(ExrLayer *layer, const ExrPart *part, CauError *err) {
+    bool at_end = false;
+    layer->view = exr_attr_text(exr_attr_find(part, "view"));
+    if (!layer->view) layer->view = view_of_several(layer, part, &at_end);
+    layer->pass = string_copy(layer->name);
+    if (!layer->pass) return no_memory(err);
+    char *dot = strrchr(layer->pass, '.');
+    if (at_end) *(dot ? dot : layer->pass) = '\0';
+    dot = strrchr(layer->pass, '.');
+    layer->pass_at = dot ? (size_t)(dot + 1 - layer->pass) : 0;
+    memmove(layer->pass, layer->pass + layer->pass_at, strlen(layer->pass + layer->pass_at) + 1);
+    size_t room = strlen(layer->name) + (layer->view ? strlen(layer->view) : 0) + 2;
+    layer->full = array_new(room, 1);
+    if (!layer->full) return no_memory(err);
+    bool added = layer->view && !at_end && !(layer->bare && layer->name[0]); /* names of parts differ */
+    snprintf(layer->full, room, "%s%s%s", layer->name, added && layer->name[0] ? "." : "",
+        added ? layer->view : "");
+    return CAU_OK;
+}
+
 cau_result exr_layers_find(ExrLayers *out, const ExrHeader *header, CauError *err) {
     *out = (ExrLayers){0};
     for (size_t part = 0; part < header->part_count; part++)
@@ -79,11 +134,22 @@ cau_result exr_layers_find(ExrLayers *out, const ExrHeader *header, CauError *er
             exr_layers_free(out);
             return result;
         }
+    for (size_t i = 0; i < out->count; i++) {
+        cau_result result = split_name(&out->layers[i], &header->parts[out->layers[i].part], err);
+        if (result == CAU_OK) continue;
+        exr_layers_free(out);
+        return result;
+    }
     return CAU_OK;
 }
 
 void exr_layers_free(ExrLayers *list) {
-    for (size_t i = 0; i < list->count; i++) free(list->layers[i].name);
+    for (size_t i = 0; i < list->count; i++) {
+        free(list->layers[i].name);
+        free(list->layers[i].full);
+        free(list->layers[i].view);
+        free(list->layers[i].pass);
+    }
     free(list->layers);
     *list = (ExrLayers){0};
 }

@@ -59,9 +59,13 @@ static cau_result open_inputs(
 
 static cau_result find_layers(HostPlan *plan, const Record *record, CauError *err) {
     if (!record->root) return CAU_OK;
-    bool plain = strcmp(record->pass, "R,G,B") == 0;
-    CAU_TRY(plain ? picture_default_layer(&plan->target, &plan->beauty, "--pass", err)
-                  : picture_find_layer(&plan->target, &plan->beauty, record->pass, "--pass", err));
+    CAU_TRY(picture_find_layer(&plan->target, &plan->beauty, record->pass, "--pass", err));
+    if (plan->target->view)
+        return error_set(err, CAU_ERROR_INPUT,
+            "\"%s\" was added to the view \"%s\" of a stereo picture, and a script has no views: save each "
+            "view as a file "
+            "of its own first",
+            record->beauty, plan->target->view);
     if (!record->albedo) return CAU_OK;
     return picture_find_layer(&plan->albedo, &plan->beauty, record->albedo, "--albedo", err);
 }
@@ -90,12 +94,12 @@ static cau_result find_spaces(Job *job, const HostPlan *plan, const Record *r, C
     const cau_merge_options *o = job->options;
     ColourTagSource unused;
     const char *tint = o->tint_space ? o->tint_space : plan->lights.tint_space;
-    CAU_TRY(colour_open(&job->colour, o->ocio, err));
+    CAU_TRY(job_open_colour(&job->colour, o, err));
     job->beauty_space = r->beauty_space;
     job->caustics_space = r->caustics_space;
     if (!r->root) {
-        CAU_TRY(space_find(
-            &job->caustics_space, &unused, job, &plan->caustics, 0, o->caustics_space, "--caustics-space"));
+        CAU_TRY(space_find(&job->caustics_space, &unused, job, &plan->caustics,
+            picture_colour_part(&plan->caustics, &plan->lights), o->caustics_space, "--caustics-space"));
         job->beauty_space = job->caustics_space;
         if (o->beauty_space) CAU_TRY(space_named(&job->beauty_space, job, o->beauty_space, "--beauty-space"));
     }

@@ -260,7 +260,7 @@ class Output(Case):
         path, _ = self.beauty()
         caustics, _ = self.caustics()
         self.refused("add", path, caustics, "-o", self.path("no/such/folder.exr"), says="cannot write", expect=4)
-        self.refused("add", path, caustics, "-o", self.folder, says="folder")
+        self.refused("add", path, caustics, "-o", self.folder, says="folder", expect=4)
         os.mkdir(self.path("closed"), 0o555)
         os.chmod(self.folder, 0o755)
         words = [MERGE, "add", path, caustics, "-o", self.path("closed/out.exr")]

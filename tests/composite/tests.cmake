@@ -11,7 +11,7 @@ target_include_directories(composite_header_cpp PRIVATE ${CMAKE_SOURCE_DIR}/incl
 
 # Debian's own Python has the packages python3-numpy and python3-openimageio.
 find_program(CAUSTICS_OIIO_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
-foreach(t add colour files relight sequence reports rerender)
+foreach(t add blender5 odd colour files relight sequence reports rerender)
   if(CAUSTICS_OIIO_PYTHON)
     add_test(NAME merge_${t} COMMAND ${CAUSTICS_OIIO_PYTHON} -B ${CMAKE_SOURCE_DIR}/tests/composite/test_${t}.py -v)
     set(environment CAUSTIC_MERGE=$<TARGET_FILE:caustic-merge> CAUSTIC_RENDER=$<TARGET_FILE:caustic-render>)
