@@ -88,7 +88,7 @@ static cau_result factor_of(
         if (indirect)
             factor[i] *= l->indirect_only.gain * exp2(l->indirect_only.ev) * l->indirect_only.tint[i];
         if (!isfinite(factor[i]) || fabs(factor[i]) > 1e30)
-            return error_set(job->err, CAU_ERROR_USAGE,
+            return error_set(job->err, job->options->light_count ? CAU_ERROR_USAGE : CAU_ERROR_INPUT,
                 "light \"%s\": gain %g, ev %g and tint %g make a factor beyond 1e30", l->name, l->both.gain,
                 l->both.ev, l->both.tint[i]);
     }

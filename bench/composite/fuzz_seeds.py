@@ -39,6 +39,12 @@ for codec, decreasing in itertools.product((0, 2, 3), (False, True)):
     seed(f"lights_{codec}_{decreasing}", made)
 exrlib.write(made, [(None, {**rgb("", "<f2"), "A": random.random((9, 12)).astype("<f2")}, {})], window=(-3, 2, 8, 10), display=(0, 0, 19, 19))
 seed("windows", made)
+views = [(f"VL.Combined-{v}", rgb("VL.Combined."), {"view": exrlib.string(v)}) for v in ("left", "right")]
+exrlib.write(made, views)
+seed("views", made)
+names = b"".join(len(v).to_bytes(4, "little") + v for v in (b"left", b"right"))
+exrlib.write(made, [(None, {**rgb(""), **rgb("right."), **rgb("VL.Combined.left.", "<f2")}, {"multiView": ("stringvector", names)})])
+seed("several_views", made)
 plain = folder / "plain.exr"
 exrlib.write(plain, [(None, rgb("", "<f2", (40, 40)), {})], compression=0)
 for codec in ("rle", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"):

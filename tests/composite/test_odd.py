@@ -143,6 +143,14 @@ class Outputs(Case):
         self.assertEqual(sorted(f for f in os.listdir(self.folder) if f.startswith("each")), ["each.2.json", "each.3.json"])
 
 
+    def test_a_factor_too_large_is_the_fault_of_who_gave_it(self):
+        beauty, _ = self.beauty()
+        caustics, _ = self.caustics()
+        write_text(self.path("r.json"), json.dumps({"caustics_recipe": 1, "lights": {"key": {"ev": 3000}}}))
+        self.refused("add", beauty, caustics, "-o", self.path("out.exr"), "--recipe", self.path("r.json"), says="factor", expect=1)
+        self.refused("add", beauty, caustics, "-o", self.path("out.exr"), "--ev", "key=3000", says="factor", expect=2)
+
+
 class Parts(Case):
     def test_bare_channels_are_told_apart_by_their_parts(self):
         """As Houdini writes: every part has R, G and B."""
