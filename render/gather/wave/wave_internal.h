@@ -77,6 +77,7 @@ typedef struct WaveSplat {
     EyePoint point; /* where it landed; of its fields those that support.h needs */
     Support support;
     double x, y, reach; /* raster position and bound of its extent, subpixels */
+    V3 step[2];         /* along the receiver from one subpixel to the next, across and down */
     float flux[3];
 } WaveSplat;
 
@@ -135,28 +136,45 @@ void wave_cells(const WaveRun *run, const WaveView *view, bool seen, const WaveT
 
 /* ---- the view (wave_view.c), and triangles drawn on it (wave_raster.c) ---- */
 
+enum { WAVE_NOTHING = -1, WAVE_MIXED = -2 };
+
 /** What a subpixel sees. */
 typedef struct WaveSubpixel {
     float position[3], normal[3];
-    float per_flux;  /* irradiance per flux that falls on all of it */
-    float weight[3]; /* radiance at the pixel per irradiance */
-    int object;      /* -1: no receiver that the camera sees directly */
-    bool casts;      /* what the camera meets first mirrors, refracts or has a coat */
+    union {
+        float per_flux; /**< irradiance per flux that falls on all of it */
+        uint32_t block; /**< of a mixed subpixel */
+    };
+    int object; /**< WAVE_NOTHING: no receiver that the camera sees directly; WAVE_MIXED: see `block` */
 } WaveSubpixel;
 
+/** Subpixels in rows, and after them blocks of `parts` x `parts` smaller ones: where the grid is coarse (a
+ *  filter that is a sum of whole pixels needs no finer one), a block stands for a subpixel whose surroundings
+ *  are not one smooth sheet. */
 struct WaveView {
     const Scene *scene;
     int scale;                 /* subpixels per pixel, along an edge */
+    int parts;                 /* of a mixed subpixel, along an edge */
     int x0, y0, width, height; /* in subpixels, with a margin as wide as the filter around the region */
     int region[4];             /* pixels */
     int taps;                  /* length of `tap` */
     double *tap;               /* the filter over the subpixels around a pixel; they sum to 1 */
-    WaveSubpixel *subpixels;   /* [height * width] */
+    size_t grid, blocks;       /* subpixels of the grid; blocks behind them */
+    WaveSubpixel *subpixels;   /* [grid + blocks * parts * parts] */
+    float *weight;             /* [... * 3] radiance at the pixel per irradiance */
+    float *irradiance;         /* [... * 3] of the light being drawn */
+    uint32_t *block;           /* [blocks] the subpixel that it stands for, ascending */
+    uint32_t *row_blocks;      /* [height + 1] the first block of each row */
+    bool *casts;               /* [pixels of the view] the camera meets a caster in it first */
     bool *busy;                /* [picture's pixels] see wave_view_busy() */
-    float *irradiance;         /* [height * width * 3] of the light being drawn */
     double *columns;           /* [thread][width][6], scratch of wave_resolve() */
     unsigned char *lit;        /* [height] a row holds light */
 };
+
+/** The first of a mixed subpixel's parts. */
+static inline size_t wave_block(const WaveView *v, const WaveSubpixel *mixed) {
+    return v->grid + (size_t)mixed->block * (size_t)v->parts * (size_t)v->parts;
+}
 
 /** Raster position in subpixels; false: not in front of the camera. */
 bool wave_project(const WaveView *view, V3 p, double *x, double *y);
@@ -172,7 +190,7 @@ void wave_splat_draw(const TraceScene *trace, WaveView *view, const WaveSplat *s
 void wave_draw(
     const TraceScene *trace, WaveView *view, TaskPool *pool, const WaveBatch *batches, size_t batch_count);
 
-/** Filters the irradiance into the pass's images and clears it. */
+/** Filters the irradiance into the pass's images and clears it (wave_resolve.c). */
 void wave_resolve(WaveView *view, TaskPool *pool, const PassImages *images);
 
 #endif

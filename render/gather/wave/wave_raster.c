@@ -1,13 +1,42 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Landed triangles drawn on the view by exact area coverage. */
+/* Landed triangles drawn on the view by exact area coverage: in each row the edges leave their part of every
+ * column that they pass, and the sum from the left is what is covered (the accumulation buffer of font
+ * rasterisers: R. Levien, font-rs, 2016). */
 #include "render/gather/wave/wave_internal.h"
+
+#include <string.h>
 
 enum { POLYGON_MAX = 8, STRIPS_PER_THREAD = 2 };
 
-/* A triangle of less area than this (subpixels) is a point of light. */
-#define POINT_AREA 1e-12
+/* A triangle of less area than this (subpixels) is a point of light: the sums would lose its coverage to
+ * rounding. */
+#define POINT_AREA 1e-8
 /* Facing test between the triangle's receiver and what a subpixel sees. */
 #define FACING_COSINE 0.7
+
+typedef struct Strip {
+    WaveView *view;
+    double *row; /* [width + 3] zero: coverage that begins in each column */
+    int y0, y1;
+} Strip;
+
+/* ---- one subpixel ---- */
+
+/* `covered` is the area of the subpixel under the triangle, `share` that of the triangle over the subpixel.
+ */
+static inline void light(WaveView *v, const WaveTriangle *t, size_t at, double covered, double share) {
+    const WaveSubpixel *p = &v->subpixels[at];
+    if (p->object != t->object) return;
+    float facing = t->normal[0] * p->normal[0] + t->normal[1] * p->normal[1] + t->normal[2] * p->normal[2];
+    float off = t->plane[0] * p->position[0] + t->plane[1] * p->position[1] + t->plane[2] * p->position[2] +
+                t->plane[3];
+    if (facing < (float)FACING_COSINE || fabsf(off) > t->reach) return;
+    double per_flux = t->per_area > 0 ? covered * (double)t->per_area : share * (double)p->per_flux;
+    float *e = &v->irradiance[3 * at];
+    for (int k = 0; k < 3; k++) e[k] += (float)(per_flux * (double)t->flux[k]);
+}
+
+/* ---- the parts of a mixed subpixel ---- */
 
 typedef struct Polygon {
     double x[POLYGON_MAX], y[POLYGON_MAX];
@@ -22,150 +51,182 @@ static double area2(const Polygon *p) {
     return sum;
 }
 
-/* Sutherland and Hodgman 1974, both halves of an axis-aligned cut: a coordinate below `at` goes to *low,
- * above to *high (either may be NULL). */
 static void put(Polygon *p, double x, double y) {
-    if (!p || p->count == POLYGON_MAX) return;
+    if (p->count == POLYGON_MAX) return;
     p->x[p->count] = x;
     p->y[p->count++] = y;
 }
 
-static void cut(const Polygon *in, bool by_x, double at, Polygon *low, Polygon *high) {
-    if (low) low->count = 0;
-    if (high) high->count = 0;
+/* What lies above (sign 1) or below (-1) a coordinate (Sutherland and Hodgman 1974). */
+static Polygon cut(const Polygon *in, bool by_x, double at, double sign) {
+    Polygon out = {.count = 0};
     for (int i = 0; i < in->count; i++) {
         int k = i + 1 < in->count ? i + 1 : 0;
-        double a = (by_x ? in->x[i] : in->y[i]) - at, b = (by_x ? in->x[k] : in->y[k]) - at;
-        if (a <= 0) put(low, in->x[i], in->y[i]);
-        if (a >= 0) put(high, in->x[i], in->y[i]);
+        double a = sign * ((by_x ? in->x[i] : in->y[i]) - at), b = sign * ((by_x ? in->x[k] : in->y[k]) - at);
+        if (a >= 0) put(&out, in->x[i], in->y[i]);
         if ((a < 0 && b > 0) || (a > 0 && b < 0)) {
             double f = a / (a - b), x = in->x[i] + f * (in->x[k] - in->x[i]),
                    y = in->y[i] + f * (in->y[k] - in->y[i]);
-            put(low, by_x ? at : x, by_x ? y : at);
-            put(high, by_x ? at : x, by_x ? y : at);
+            put(&out, by_x ? at : x, by_x ? y : at);
+        }
+    }
+    return out;
+}
+
+static Polygon cut_between(const Polygon *in, bool by_x, double low, double high) {
+    Polygon above = cut(in, by_x, low, 1);
+    return cut(&above, by_x, high, -1);
+}
+
+/* Shares the light of subpixel (x, y) out to its parts. */
+static void light_parts(const Strip *s, const WaveTriangle *t, int x, int y, double inverse) {
+    WaveView *v = s->view;
+    Polygon all = {{t->x[0], t->x[1], t->x[2]}, {t->y[0], t->y[1], t->y[2]}, 3};
+    double step = 1.0 / v->parts, whole = (double)v->parts * v->parts;
+    size_t at = wave_block(v, &v->subpixels[(size_t)y * (size_t)v->width + (size_t)x]);
+    for (int j = 0; j < v->parts; j++) {
+        Polygon row = cut_between(&all, false, y + j * step, y + (j + 1) * step);
+        if (row.count < 3) continue;
+        for (int i = 0; i < v->parts; i++) {
+            Polygon part = cut_between(&row, true, x + i * step, x + (i + 1) * step);
+            double area = part.count < 3 ? 0 : 0.5 * fabs(area2(&part));
+            if (area > 0) light(v, t, at + (size_t)(j * v->parts + i), area * whole, area * inverse);
         }
     }
 }
 
-static void range(const double *v, int count, double *lo, double *hi) {
-    *lo = *hi = v[0];
-    for (int i = 1; i < count; i++) {
-        if (v[i] < *lo) *lo = v[i];
-        if (v[i] > *hi) *hi = v[i];
-    }
+/* All of the triangle lies in one subpixel. */
+static void light_one(const Strip *s, const WaveTriangle *t, int x, int y, double area) {
+    WaveView *v = s->view;
+    size_t at = (size_t)y * (size_t)v->width + (size_t)x;
+    const WaveSubpixel *p = &v->subpixels[at];
+    v->lit[y] = 1;
+    if (p->object != WAVE_MIXED)
+        light(v, t, at, area, 1);
+    else
+        light_parts(s, t, x, y, 1 / area);
 }
 
-/* ---- one subpixel ---- */
-
-typedef struct Strip {
-    WaveView *view;
-    int y0, y1;
-} Strip;
-
-/* `covered` is the area of the subpixel under the triangle, `share` that of the triangle over the subpixel.
- */
-static void light(const Strip *s, const WaveTriangle *t, int x, int y, double covered, double share) {
-    size_t at = (size_t)y * (size_t)s->view->width + (size_t)x;
-    const WaveSubpixel *p = &s->view->subpixels[at];
-    if (p->object != t->object) return;
-    float facing = t->normal[0] * p->normal[0] + t->normal[1] * p->normal[1] + t->normal[2] * p->normal[2];
-    if (facing < (float)FACING_COSINE) return;
-    float off = t->plane[0] * p->position[0] + t->plane[1] * p->position[1] + t->plane[2] * p->position[2] +
-                t->plane[3];
-    if (fabsf(off) > t->reach) return;
-    double per_flux = t->per_area > 0 ? covered * (double)t->per_area : share * (double)p->per_flux;
-    float *e = &s->view->irradiance[3 * at];
-    for (int k = 0; k < 3; k++) e[k] += (float)(per_flux * (double)t->flux[k]);
-}
-
-static int column(const Strip *s, double x) { return (int)clamp(floor(x), 0, s->view->width - 1); }
-
-/* Columns [from, to) of a polygon that lies in one row, each by its exact part. */
-static void light_columns(
-    const Strip *s, const WaveTriangle *t, const Polygon *row, int from, int to, int y, double inverse) {
-    Polygon p = *row, cell, rest;
-    double lo, hi;
-    if (p.count < 3) return;
-    range(p.x, p.count, &lo, &hi);
-    if (lo < from) {
-        cut(&p, true, from, NULL, &rest);
-        p = rest;
-    }
-    for (int x = lo > from ? column(s, lo) : from; x < to && p.count >= 3; x++) {
-        bool last = hi <= x + 1;
-        if (!last) cut(&p, true, x + 1, &cell, &rest);
-        double area = 0.5 * fabs(area2(last ? &p : &cell));
-        if (area > 0) light(s, t, x, y, area, area * inverse);
-        if (last) return;
-        p = rest;
-    }
-}
-
-/* Where the triangle's outline meets a horizontal line: false when it does not. */
-static bool crossing(const WaveTriangle *t, double y, double *lo, double *hi) {
-    *lo = INFINITY;
-    *hi = -INFINITY;
-    for (int i = 0; i < 3; i++) {
-        int k = i < 2 ? i + 1 : 0;
-        double a = t->y[i] - y, b = t->y[k] - y;
-        if ((a < 0 && b < 0) || (a > 0 && b > 0) || a == b) continue;
-        double x = t->x[i] + a / (a - b) * (t->x[k] - t->x[i]);
-        if (x < *lo) *lo = x;
-        if (x > *hi) *hi = x;
-    }
-    return *lo <= *hi;
-}
-
-/* The part of the triangle in one row of subpixels. The outline bulges outwards, so what lies within it above
- * and below is covered between, and needs no cutting. */
-static void light_row(const Strip *s, const WaveTriangle *t, const Polygon *p, int y, double inverse) {
-    double lo, hi, lo2, hi2;
-    int width = s->view->width, from = 0, to = 0;
-    if (crossing(t, y, &lo, &hi) && crossing(t, y + 1, &lo2, &hi2)) {
-        from = (int)clamp(ceil(fmax(lo, lo2)), 0, width);
-        to = (int)clamp(floor(fmin(hi, hi2)), 0, width);
-    }
-    if (to <= from) {
-        light_columns(s, t, p, 0, width, y, inverse);
-        return;
-    }
-    light_columns(s, t, p, 0, from, y, inverse);
-    for (int x = from; x < to; x++) light(s, t, x, y, 1, inverse);
-    light_columns(s, t, p, to, width, y, inverse);
-}
+static double least(const double v[3]) { return fmin(v[0], fmin(v[1], v[2])); }
+static double most(const double v[3]) { return fmax(v[0], fmax(v[1], v[2])); }
+static double middle(const double v[3]) { return (v[0] + v[1] + v[2]) / 3; }
 
 static void light_point(const Strip *s, const WaveTriangle *t) {
-    double x = (t->x[0] + t->x[1] + t->x[2]) / 3, y = (t->y[0] + t->y[1] + t->y[2]) / 3;
-    if (!(x >= 0 && x < s->view->width && y >= s->y0 && y < s->y1)) return;
+    WaveView *v = s->view;
+    double px = middle(t->x), py = middle(t->y);
+    if (!(px >= 0 && px < v->width && py >= s->y0 && py < s->y1)) return;
     WaveTriangle point = *t;
     point.per_area = 0;
-    light(s, &point, (int)x, (int)y, 0, 1);
+    int x = (int)px, y = (int)py;
+    size_t at = (size_t)y * (size_t)v->width + (size_t)x;
+    const WaveSubpixel *p = &v->subpixels[at];
+    v->lit[y] = 1;
+    if (p->object == WAVE_MIXED) {
+        int i = (int)((px - x) * v->parts), j = (int)((py - y) * v->parts);
+        at = wave_block(v, p) + (size_t)(j * v->parts + i);
+    }
+    light(v, &point, at, 0, 1);
+}
+
+/* ---- coverage ---- */
+
+/* An edge, or a piece of one, within one row and the view's width: `down` is its height with its sign. What
+ * lies to the right of it is covered. */
+static void edge_within(double *row, double a, double b, double down) {
+    double left = a < b ? a : b, right = a < b ? b : a;
+    int first = (int)left;
+    double from = left - first;
+    if (right <= first + 1) {
+        double outside = 0.5 * (from + right - first); /* of the first column, left of the edge */
+        row[first] += down * (1 - outside);
+        row[first + 1] += down * outside;
+        return;
+    }
+    double slope = down / (right - left), covered = 0.5 * slope * (1 - from) * (1 - from), before = covered;
+    row[first] += covered;
+    int x = first + 1;
+    for (; x + 1 < right; x++) { /* crossed from side to side: half of its own step, half of the last one's */
+        covered = slope * (x + 0.5 - left);
+        row[x] += covered - before;
+        before = covered;
+    }
+    double rest = right - x;
+    covered = down - 0.5 * slope * rest * rest;
+    row[x] += covered - before;
+    row[x + 1] += down - covered;
+}
+
+/* An edge within one row: what lies beyond the view's sides counts as if it lay on them. */
+static void edge_row(double *row, double width, double a, double b, double down) {
+    const double side[2] = {0, width};
+    for (int k = 0; k < 2; k++) {
+        if ((a - side[k]) * (b - side[k]) >= 0) continue;
+        double part = (side[k] - a) / (b - a);
+        edge_row(row, width, a, side[k], down * part);
+        edge_row(row, width, side[k], b, down * (1 - part));
+        return;
+    }
+    edge_within(row, clamp(a, 0, width), clamp(b, 0, width), down);
+}
+
+/* The three edges' parts in row y, and the columns that they pass. */
+static void edges_row(const Strip *s, const WaveTriangle *t, int y, double turn, double range[2]) {
+    range[0] = INFINITY;
+    range[1] = -INFINITY;
+    for (int k = 0; k < 3; k++) {
+        int j = k < 2 ? k + 1 : 0;
+        double y0 = t->y[k], y1 = t->y[j], top = y0 < y1 ? y0 : y1, bottom = y0 < y1 ? y1 : y0;
+        if (bottom <= y || top >= y + 1 || !(top < bottom)) continue;
+        double from = top > y ? top : y, to = bottom < y + 1 ? bottom : y + 1, down = to - from;
+        double x0 = y0 < y1 ? t->x[k] : t->x[j], x1 = y0 < y1 ? t->x[j] : t->x[k];
+        double slope = (x1 - x0) / (bottom - top);
+        double a = top > y ? x0 : x0 + (y - top) * slope,
+               b = bottom < y + 1 ? x1 : x0 + (y + 1 - top) * slope;
+        edge_row(s->row, s->view->width, a, b, y1 > y0 ? turn * down : -turn * down);
+        range[0] = fmin(range[0], fmin(a, b));
+        range[1] = fmax(range[1], fmax(a, b));
+    }
+}
+
+static void light_row(const Strip *s, const WaveTriangle *t, int y, const double range[2], double inverse) {
+    WaveView *v = s->view;
+    int first = (int)clamp(floor(range[0]), 0, v->width),
+        last = (int)clamp(floor(range[1]), -1, v->width - 1);
+    size_t at = (size_t)y * (size_t)v->width;
+    double covered = 0;
+    v->lit[y] = 1;
+    for (int x = first; x <= last; x++) {
+        covered += s->row[x];
+        s->row[x] = 0;
+        if (!(covered > 0)) continue;
+        if (v->subpixels[at + (size_t)x].object == WAVE_MIXED)
+            light_parts(s, t, x, y, inverse);
+        else
+            light(v, t, at + (size_t)x, covered, covered * inverse);
+    }
+    s->row[last + 1] = s->row[last + 2] = 0;
 }
 
 static void light_triangle(const Strip *s, const WaveTriangle *t) {
-    double lo, hi;
-    range(t->y, 3, &lo, &hi);
-    if (hi < s->y0 || lo >= s->y1) return;
-    Polygon p = {{t->x[0], t->x[1], t->x[2]}, {t->y[0], t->y[1], t->y[2]}, 3}, row, rest;
-    double area = 0.5 * fabs(area2(&p));
+    double top = least(t->y), bottom = most(t->y), left = least(t->x), right = most(t->x);
+    int width = s->view->width;
+    if (bottom < s->y0 || top >= s->y1 || right < 0 || left >= width) return;
+    double turned = (t->x[1] - t->x[0]) * (t->y[2] - t->y[0]) - (t->x[2] - t->x[0]) * (t->y[1] - t->y[0]);
+    double area = 0.5 * fabs(turned);
     if (!(area > POINT_AREA)) {
         light_point(s, t);
         return;
     }
-    if (lo < s->y0) {
-        cut(&p, false, s->y0, NULL, &rest);
-        p = rest;
+    int x = (int)fmax(floor(left), -1), y = (int)fmax(floor(top), s->y0 - 1);
+    if (right <= x + 1 && bottom <= y + 1) {
+        if (x >= 0 && y >= s->y0) light_one(s, t, x, y, area);
+        return;
     }
-    int first = (int)floor(fmax(lo, s->y0)), last = (int)floor(fmin(hi, s->y1 - 1));
-    for (int y = first; y <= last && p.count >= 3; y++) {
-        s->view->lit[y] = 1;
-        if (hi <= y + 1) {
-            light_row(s, t, &p, y, 1 / area);
-            break;
-        }
-        cut(&p, false, y + 1, &row, &rest);
-        light_row(s, t, &row, y, 1 / area);
-        p = rest;
+    int end = (int)fmin(floor(bottom), s->y1 - 1);
+    for (y = y > s->y0 ? y : s->y0; y <= end; y++) {
+        double range[2];
+        edges_row(s, t, y, turned > 0 ? -1 : 1, range);
+        if (range[0] <= range[1]) light_row(s, t, y, range, 1 / area);
     }
 }
 
@@ -179,10 +240,12 @@ typedef struct DrawJob {
 } DrawJob;
 
 static void draw_strip(void *data, size_t index, unsigned thread) {
-    (void)thread;
     const DrawJob *job = data;
     size_t height = (size_t)job->view->height;
-    Strip s = {job->view, (int)(height * index / job->strips), (int)(height * (index + 1) / job->strips)};
+    double *row = job->view->columns + 6 * (size_t)thread * (size_t)job->view->width;
+    Strip s = {
+        job->view, row, (int)(height * index / job->strips), (int)(height * (index + 1) / job->strips)};
+    memset(row, 0, ((size_t)job->view->width + 3) * sizeof *row);
     for (size_t b = 0; b < job->count; b++) {
         const WaveBatch *batch = &job->batches[b];
         for (size_t i = 0; i < batch->count; i++) light_triangle(&s, &batch->triangles[i]);

@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the camera sees directly, on a grid of subpixels, and the filter that makes pixels of it. */
+/* What the camera sees directly, on a grid of subpixels: one ray for each pixel, more only where neighbouring
+ * pixels do not see one smooth sheet. */
 #include "render/gather/wave/wave_internal.h"
 
 #include "core/checked.h"
 
-enum { SCALE_MAX = 4, PASSES_MAX = 64, FILL_ROWS = 8 };
+enum { SCALE_MAX = 4, PASSES_MAX = 64, FILL_ROWS = 16 };
 
-/* Corners of a pixel whose receivers lie in one plane: the subpixels between need no ray. */
+/* Neighbours that lie in one plane. */
 #define FLAT_COSINE (1 - 1e-9)
 #define FLAT_OFFSET 1e-6
+/* Neighbours on one smooth sheet: the parabola through them is off by a small part of a pixel. */
+#define SMOOTH_COSINE 0.995
+#define SMOOTH_BEND 0.1
 
 typedef struct Seen {
     Hit hit;
@@ -17,6 +21,12 @@ typedef struct Seen {
     bool any;    /* a receiver */
     bool casts;
 } Seen;
+
+typedef struct ViewJob {
+    WaveView *view;
+    const WaveViewRun *run;
+    Seen *rows; /* three rows of pixels for each thread */
+} ViewJob;
 
 static Seen look(const WaveView *v, const TraceScene *trace, double x, double y) {
     Ray ray = camera_ray(&v->scene->camera, x, y);
@@ -35,43 +45,69 @@ static Seen look(const WaveView *v, const TraceScene *trace, double x, double y)
     return s;
 }
 
-static WaveSubpixel subpixel_of(const WaveView *v, const Seen *s) {
-    WaveSubpixel p = {.object = -1, .casts = s->casts};
-    if (!s->any) return p;
+/* Stores what was seen through a square of `scale` to a pixel. */
+static void put_subpixel(WaveView *v, size_t at, const Seen *s, int scale) {
+    WaveSubpixel *p = &v->subpixels[at];
+    *p = (WaveSubpixel){.object = WAVE_NOTHING};
+    for (size_t k = 0; k < 3; k++) v->weight[3 * at + k] = 0;
+    if (!s->any) return;
     V3 wi = v3_neg(s->dir);
     ShadingFrame frame = frame_from_hit(&s->hit, wi);
     const Camera *camera = &v->scene->camera;
     CameraView view;
     Rgb albedo = rgb_mul(s->through, s->hit.material->kind->albedo(s->hit.material, &frame, wi));
-    if (rgb_black(albedo) || !camera_project(camera, s->hit.position, &view)) return p;
+    if (rgb_black(albedo) || !camera_project(camera, s->hit.position, &view)) return;
     double cosine = fabs(v3_dot(wi, frame.ng)), gain = camera->exposure / CAU_PI;
-    return (WaveSubpixel){
+    *p = (WaveSubpixel){
         .position = {(float)s->hit.position.x, (float)s->hit.position.y, (float)s->hit.position.z},
         .normal = {(float)frame.ng.x, (float)frame.ng.y, (float)frame.ng.z},
-        .per_flux = (float)(view.raster_per_area * cosine * v->scale * v->scale),
-        .weight = {(float)(albedo.r * gain), (float)(albedo.g * gain), (float)(albedo.b * gain)},
-        .object = s->hit.object,
-        .casts = s->casts};
+        .per_flux = (float)(view.raster_per_area * cosine * scale * scale),
+        .object = s->hit.object};
+    v->weight[3 * at] = (float)(albedo.r * gain);
+    v->weight[3 * at + 1] = (float)(albedo.g * gain);
+    v->weight[3 * at + 2] = (float)(albedo.b * gain);
 }
 
-/* ---- filling ---- */
+/* ---- what neighbours agree on ---- */
 
-typedef struct ViewJob {
-    WaveView *view;
-    const WaveViewRun *run;
-    Seen *corners; /* two rows per piece of work */
-} ViewJob;
+typedef enum Sheet { SHEET_NONE, SHEET_SMOOTH, SHEET_FLAT } Sheet;
 
-static bool same_plane(const Seen *a, const Seen *b) {
-    if (a->any != b->any || a->casts != b->casts) return false;
-    if (!a->any) return true;
+static Sheet sheet_of(const Seen *a, const Seen *b) {
+    if (a->any != b->any || a->casts != b->casts) return SHEET_NONE;
+    if (!a->any) return SHEET_FLAT;
     if (a->hit.object != b->hit.object || a->through.r != b->through.r || a->through.g != b->through.g ||
         a->through.b != b->through.b)
-        return false;
+        return SHEET_NONE;
     V3 d = v3_sub(b->hit.position, a->hit.position);
-    return v3_dot(a->hit.ng, b->hit.ng) > FLAT_COSINE && v3_dot(a->hit.ns, a->hit.ng) > FLAT_COSINE &&
-           v3_dot(b->hit.ns, b->hit.ng) > FLAT_COSINE &&
-           fabs(v3_dot(d, a->hit.ng)) <= FLAT_OFFSET * v3_length(d);
+    double even = fmin(v3_dot(a->hit.ng, b->hit.ng), v3_dot(a->hit.ns, a->hit.ng));
+    bool flat = even > FLAT_COSINE && v3_dot(b->hit.ns, b->hit.ng) > FLAT_COSINE &&
+                fabs(v3_dot(d, a->hit.ng)) <= FLAT_OFFSET * v3_length(d);
+    if (flat) return SHEET_FLAT;
+    return v3_dot(a->hit.ng, b->hit.ng) > SMOOTH_COSINE && v3_dot(a->hit.ns, b->hit.ns) > SMOOTH_COSINE
+               ? SHEET_SMOOTH
+               : SHEET_NONE;
+}
+
+/* Bent less than SMOOTH_BEND of the step between the two around it. */
+static bool straight(const Seen *a, const Seen *middle, const Seen *b) {
+    V3 step = v3_scale(v3_sub(b->hit.position, a->hit.position), 0.5);
+    V3 bend = v3_sub(v3_scale(v3_add(a->hit.position, b->hit.position), 0.5), middle->hit.position);
+    return v3_length(bend) <= SMOOTH_BEND * v3_length(step);
+}
+
+/* Of a pixel and the eight around it. An edge across a pixel parts the eight, so a ray for each is enough. */
+static Sheet sheet_around(const Seen *const row[3], int x) {
+    const Seen *middle = &row[1][x];
+    Sheet sheet = SHEET_FLAT;
+    for (int k = 0; k < 9 && sheet != SHEET_NONE; k++) {
+        Sheet with = k == 4 ? SHEET_FLAT : sheet_of(middle, &row[k / 3][x + k % 3 - 1]);
+        if (with < sheet) sheet = with;
+    }
+    if (sheet != SHEET_SMOOTH) return sheet;
+    bool even =
+        straight(&row[1][x - 1], middle, &row[1][x + 1]) && straight(&row[0][x], middle, &row[2][x]) &&
+        straight(&row[0][x - 1], middle, &row[2][x + 1]) && straight(&row[0][x + 1], middle, &row[2][x - 1]);
+    return even ? SHEET_SMOOTH : SHEET_NONE;
 }
 
 /* The plane of `s` seen through another raster position. */
@@ -86,45 +122,139 @@ static Seen on_plane(const WaveView *v, const Seen *s, double x, double y) {
     return out;
 }
 
-/* One pixel's subpixels; c: what its corners see. */
-static void fill_pixel(const ViewJob *job, int px, int py, const Seen *const c[4]) {
-    WaveView *v = job->view;
-    double step = 1.0 / v->scale, left = (double)v->x0 / v->scale + px, top = (double)v->y0 / v->scale + py;
-    Seen middle = look(v, job->run->trace, left + 0.5, top + 0.5);
-    bool flat = true;
-    for (int k = 0; k < 4; k++) flat = flat && same_plane(&middle, c[k]);
-    for (int j = 0; j < v->scale; j++)
-        for (int i = 0; i < v->scale; i++) {
-            double x = left + (i + 0.5) * step, y = top + (j + 0.5) * step;
-            Seen s = flat ? on_plane(v, &middle, x, y) : look(v, job->run->trace, x, y);
-            size_t at = (size_t)(py * v->scale + j) * (size_t)v->width + (size_t)(px * v->scale + i);
-            v->subpixels[at] = subpixel_of(v, &s);
-        }
+/* The parabola through the pixels left and right, above and below. */
+static V3 parabola(V3 left, V3 right, V3 up, V3 down, V3 middle, double x, double y) {
+    V3 out = v3_mad(middle, 0.5 * x, v3_sub(right, left));
+    out = v3_mad(out, 0.5 * y, v3_sub(down, up));
+    out = v3_mad(out, 0.5 * x * x, v3_sub(v3_add(left, right), v3_scale(middle, 2)));
+    return v3_mad(out, 0.5 * y * y, v3_sub(v3_add(up, down), v3_scale(middle, 2)));
 }
 
-static void look_along(const ViewJob *job, double y, Seen *row) {
+static Seen on_parabola(const Seen *const row[3], int at, double x, double y) {
+    const Seen *l = &row[1][at - 1], *m = &row[1][at], *r = &row[1][at + 1], *u = &row[0][at],
+               *d = &row[2][at];
+    Seen out = *m;
+    out.hit.position =
+        parabola(l->hit.position, r->hit.position, u->hit.position, d->hit.position, m->hit.position, x, y);
+    out.hit.ng = v3_normalize(parabola(l->hit.ng, r->hit.ng, u->hit.ng, d->hit.ng, m->hit.ng, x, y));
+    out.hit.ns = v3_normalize(parabola(l->hit.ns, r->hit.ns, u->hit.ns, d->hit.ns, m->hit.ns, x, y));
+    out.dir = v3_normalize(parabola(l->dir, r->dir, u->dir, d->dir, m->dir, x, y));
+    return out;
+}
+
+/* ---- filling ---- */
+
+static double pixel_x(const WaveView *v, int x) { return (double)v->x0 / v->scale + x; }
+static double pixel_y(const WaveView *v, int y) { return (double)v->y0 / v->scale + y; }
+
+/* Subpixels of a pixel that is no sheet on a grid of one per pixel wait for their block. */
+static void fill_pixel(const ViewJob *job, int px, int py, const Seen *const row[3]) {
+    WaveView *v = job->view;
+    const Seen *middle = &row[1][px + 1];
+    Sheet sheet = sheet_around(row, px + 1);
+    double left = pixel_x(v, px), top = pixel_y(v, py);
+    bool casts = middle->casts;
+    for (int j = 0; j < v->scale; j++)
+        for (int i = 0; i < v->scale; i++) {
+            double x = (i + 0.5) / v->scale, y = (j + 0.5) / v->scale;
+            size_t at = (size_t)(py * v->scale + j) * (size_t)v->width + (size_t)(px * v->scale + i);
+            if (sheet == SHEET_NONE && v->scale == 1) {
+                v->subpixels[at].object = WAVE_MIXED;
+                continue;
+            }
+            Seen s;
+            if (v->scale == 1)
+                s = *middle;
+            else if (sheet == SHEET_NONE)
+                s = look(v, job->run->trace, left + x, top + y);
+            else
+                s = sheet == SHEET_FLAT ? on_plane(v, middle, left + x, top + y)
+                                        : on_parabola(row, px + 1, x - 0.5, y - 0.5);
+            casts = casts || s.casts;
+            put_subpixel(v, at, &s, v->scale);
+        }
+    v->casts[(size_t)py * (size_t)(v->width / v->scale) + (size_t)px] = casts;
+}
+
+/* A row of pixels and one more on either side. */
+static void look_along(const ViewJob *job, int y, Seen *row) {
     const WaveView *v = job->view;
-    for (int x = 0; x <= v->width / v->scale; x++)
-        row[x] = look(v, job->run->trace, (double)v->x0 / v->scale + x, (double)v->y0 / v->scale + y);
+    for (int x = -1; x <= v->width / v->scale; x++)
+        row[x + 1] = look(v, job->run->trace, pixel_x(v, x) + 0.5, pixel_y(v, y) + 0.5);
 }
 
 static void fill_rows(void *data, size_t index, unsigned thread) {
     const ViewJob *job = data;
     WaveView *v = job->view;
-    int pixels = v->width / v->scale, rows = v->height / v->scale;
-    Seen *above = job->corners + 2 * (size_t)thread * ((size_t)pixels + 1), *below = above + pixels + 1;
-    look_along(job, (double)(index * FILL_ROWS), above);
-    for (int y = (int)index * FILL_ROWS; y < ((int)index + 1) * FILL_ROWS && y < rows; y++) {
+    int pixels = v->width / v->scale, rows = v->height / v->scale, first = (int)index * FILL_ROWS;
+    Seen *memory = job->rows + 3 * (size_t)thread * ((size_t)pixels + 2), *row[3];
+    for (int k = 0; k < 3; k++) row[k] = memory + (size_t)k * ((size_t)pixels + 2);
+    look_along(job, first - 1, row[0]);
+    look_along(job, first, row[1]);
+    for (int y = first; y < first + FILL_ROWS && y < rows; y++) {
         if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
-        look_along(job, y + 1, below);
-        for (int x = 0; x < pixels; x++) {
-            const Seen *const c[4] = {&above[x], &above[x + 1], &below[x], &below[x + 1]};
-            fill_pixel(job, x, y, c);
-        }
-        Seen *swap = above;
-        above = below;
-        below = swap;
+        look_along(job, y + 1, row[2]);
+        for (int x = 0; x < pixels; x++) fill_pixel(job, x, y, (const Seen *const *)row);
+        Seen *swap = row[0];
+        row[0] = row[1];
+        row[1] = row[2];
+        row[2] = swap;
     }
+}
+
+/* ---- blocks ---- */
+
+static void fill_block(void *data, size_t index, unsigned thread) {
+    (void)thread;
+    const ViewJob *job = data;
+    WaveView *v = job->view;
+    if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
+    for (size_t b = v->row_blocks[index]; b < v->row_blocks[index + 1]; b++) {
+        WaveSubpixel *mixed = &v->subpixels[v->block[b]];
+        mixed->block = (uint32_t)b;
+        size_t at = wave_block(v, mixed);
+        int x = (int)(v->block[b] % (uint32_t)v->width);
+        for (int k = 0; k < v->parts * v->parts; k++) {
+            Seen s = look(v, job->run->trace, v->x0 + x + (k % v->parts + 0.5) / v->parts,
+                v->y0 + (int)index + (k / v->parts + 0.5) / v->parts);
+            v->casts[v->block[b]] |= s.casts;
+            put_subpixel(v, at + (size_t)k, &s, v->parts);
+        }
+    }
+}
+
+static size_t subpixel_bytes(void) { return sizeof(WaveSubpixel) + 6 * sizeof(float); }
+
+static bool grow(void **items, size_t count, size_t size) {
+    size_t bytes;
+    void *larger = checked_mul(count, size, &bytes) ? realloc(*items, bytes) : NULL;
+    if (larger) *items = larger;
+    return larger != NULL;
+}
+
+/* Numbers the blocks and makes room for them; fewer parts where memory is short. */
+static bool make_blocks(WaveView *v, size_t memory) {
+    v->row_blocks = array_new((size_t)v->height + 1, sizeof *v->row_blocks);
+    if (!v->row_blocks) return false;
+    for (size_t i = 0; i < v->grid; i++) v->blocks += v->subpixels[i].object == WAVE_MIXED;
+    v->block = array_new(v->blocks + 1, sizeof *v->block);
+    if (!v->block) return false;
+    for (size_t i = 0, b = 0; i < v->grid; i++)
+        if (v->subpixels[i].object == WAVE_MIXED) {
+            v->block[b++] = (uint32_t)i;
+            v->row_blocks[i / (size_t)v->width + 1] = (uint32_t)b;
+        }
+    for (int y = 0; y < v->height; y++)
+        if (v->row_blocks[y + 1] < v->row_blocks[y]) v->row_blocks[y + 1] = v->row_blocks[y];
+    double room = (double)memory / (double)subpixel_bytes() - (double)v->grid;
+    while (v->parts > 1 && (double)v->blocks * v->parts * v->parts > room) v->parts--;
+    size_t count = v->grid + v->blocks * (size_t)v->parts * (size_t)v->parts;
+    if (count == v->grid) return true;
+    bool ok = grow((void **)&v->subpixels, count, sizeof *v->subpixels) &&
+              grow((void **)&v->weight, 3 * count, sizeof *v->weight) &&
+              grow((void **)&v->irradiance, 3 * count, sizeof *v->irradiance);
+    if (ok) memset(v->irradiance, 0, 3 * count * sizeof *v->irradiance);
+    return ok;
 }
 
 /* ---- the filter ---- */
@@ -148,36 +278,58 @@ static bool make_taps(WaveView *v, const PixelFilter *filter) {
     return true;
 }
 
-/* A pixel is busy when any subpixel under its filter is. */
-static void busy_row(void *data, size_t index, unsigned thread) {
-    (void)thread;
-    WaveView *v = data;
-    int y = v->region[1] + (int)index;
-    for (int x = v->region[0]; x < v->region[2]; x++) {
-        size_t left = (size_t)(x - v->region[0]) * (size_t)v->scale, top = index * (size_t)v->scale;
-        bool casts = false;
-        for (size_t k = 0; k < (size_t)v->taps * (size_t)v->taps && !casts; k++)
-            casts = v->subpixels[(top + k / (size_t)v->taps) * (size_t)v->width + left + k % (size_t)v->taps]
-                        .casts;
-        v->busy[(size_t)y * (size_t)v->scene->camera.width + (size_t)x] = casts;
-    }
+/* A pixel is busy when any pixel under its filter shows a caster. */
+static void find_busy(WaveView *v) {
+    int margin = (v->taps / v->scale - 1) / 2, pixels = v->width / v->scale, rows = v->height / v->scale;
+    for (int y = 0; y < rows; y++)
+        for (int x = 0; x < pixels; x++) {
+            if (!v->casts[(size_t)y * (size_t)pixels + (size_t)x]) continue;
+            int px = v->region[0] + x - margin, py = v->region[1] + y - margin;
+            for (int j = py - margin; j <= py + margin; j++)
+                for (int i = px - margin; i <= px + margin; i++)
+                    if (i >= v->region[0] && i < v->region[2] && j >= v->region[1] && j < v->region[3])
+                        v->busy[(size_t)j * (size_t)v->scene->camera.width + (size_t)i] = true;
+        }
 }
 
 const bool *wave_view_busy(const WaveView *view) { return view->busy; }
+
+/* ---- the view ---- */
+
+/* A box over whole pixels: a pixel's flux is all that it needs. */
+static bool whole_pixels(const PixelFilter *filter) {
+    return filter->type == FILTER_BOX && fabs(fmod(filter->width, 2) - 1) < 1e-9;
+}
 
 static void set_size(WaveView *v, const WaveViewRun *run) {
     int margin = (int)ceil(run->filter->half_width - 0.5 - 1e-9);
     if (margin < 0) margin = 0;
     double pixels = (double)(run->x1 - run->x0 + 2 * margin) * (run->y1 - run->y0 + 2 * margin);
-    size_t each = sizeof(WaveSubpixel) + 3 * sizeof(float);
-    v->scale = SCALE_MAX;
-    while (v->scale > 1 && pixels * v->scale * v->scale * (double)each > (double)run->memory_bytes)
+    v->parts = SCALE_MAX;
+    v->scale = whole_pixels(run->filter) ? 1 : SCALE_MAX;
+    while (v->scale > 1 &&
+           (pixels * v->scale * v->scale > UINT32_MAX ||
+               pixels * v->scale * v->scale * (double)subpixel_bytes() > (double)run->memory_bytes))
         v->scale--;
     v->x0 = (run->x0 - margin) * v->scale;
     v->y0 = (run->y0 - margin) * v->scale;
     v->width = (run->x1 - run->x0 + 2 * margin) * v->scale;
     v->height = (run->y1 - run->y0 + 2 * margin) * v->scale;
+    v->grid = (size_t)v->width * (size_t)v->height;
     memcpy(v->region, (int[4]){run->x0, run->y0, run->x1, run->y1}, sizeof v->region);
+}
+
+static bool allocate(WaveView *v, const WaveViewRun *run, unsigned threads) {
+    const Camera *camera = &run->scene->camera;
+    v->subpixels = array_new(v->grid, sizeof *v->subpixels);
+    v->weight = array_new(3 * v->grid, sizeof *v->weight);
+    v->irradiance = array_new(3 * v->grid, sizeof *v->irradiance);
+    v->lit = array_new((size_t)v->height, 1);
+    v->columns = array_new(6 * (size_t)v->width * threads, sizeof *v->columns);
+    v->casts = array_new(v->grid / (size_t)(v->scale * v->scale), 1);
+    v->busy = array_new((size_t)camera->width * (size_t)camera->height, 1);
+    return v->subpixels && v->weight && v->irradiance && v->lit && v->columns && v->casts && v->busy &&
+           make_taps(v, run->filter);
 }
 
 cau_result wave_view_create(WaveView **out, const WaveViewRun *run, TaskPool *pool, CauError *err) {
@@ -185,24 +337,20 @@ cau_result wave_view_create(WaveView **out, const WaveViewRun *run, TaskPool *po
     if (!v) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a view");
     v->scene = run->scene;
     set_size(v, run);
-    size_t count = (size_t)v->width * (size_t)v->height, row = (size_t)(v->width / v->scale) + 1;
-    v->subpixels = array_new(count, sizeof *v->subpixels);
-    v->irradiance = array_new(3 * count, sizeof *v->irradiance);
-    v->lit = array_new((size_t)v->height, 1);
-    v->columns = array_new(6 * (size_t)v->width * tasks_threads(pool), sizeof *v->columns);
-    v->busy = array_new((size_t)run->scene->camera.width * (size_t)run->scene->camera.height, 1);
-    Seen *corners = array_new(2 * row * tasks_threads(pool), sizeof *corners);
-    bool ok = v->subpixels && v->irradiance && v->lit && v->columns && v->busy && corners &&
-              make_taps(v, run->filter);
+    size_t row = (size_t)(v->width / v->scale) + 2;
+    Seen *rows = array_new(3 * row * tasks_threads(pool), sizeof *rows);
+    bool ok = rows && allocate(v, run, tasks_threads(pool));
     if (ok) {
-        ViewJob job = {v, run, corners};
+        ViewJob job = {v, run, rows};
         tasks_run(pool, (size_t)(v->height / v->scale + FILL_ROWS - 1) / FILL_ROWS, fill_rows, &job);
-        tasks_run(pool, (size_t)(run->y1 - run->y0), busy_row, v);
+        ok = make_blocks(v, run->memory_bytes);
+        if (ok && v->blocks) tasks_run(pool, (size_t)v->height, fill_block, &job);
+        find_busy(v);
     }
-    free(corners);
+    free(rows);
     if (!ok)
         return error_set(
-            err, CAU_ERROR_RESOURCE, "out of memory for %zu subpixels; use a lower resolution", count);
+            err, CAU_ERROR_RESOURCE, "out of memory for %zu subpixels; use a lower resolution", v->grid);
     return run->cancel && atomic_load(run->cancel) ? CAU_ERROR_CANCELLED : CAU_OK;
 }
 
@@ -210,9 +358,13 @@ void wave_view_free(WaveView **view) {
     WaveView *v = *view;
     if (!v) return;
     free(v->subpixels);
+    free(v->weight);
     free(v->irradiance);
+    free(v->block);
+    free(v->row_blocks);
     free(v->columns);
     free(v->lit);
+    free(v->casts);
     free(v->busy);
     free(v->tap);
     free(v);
@@ -225,60 +377,4 @@ bool wave_project(const WaveView *view, V3 p, double *x, double *y) {
     *x = seen.x * view->scale - view->x0;
     *y = seen.y * view->scale - view->y0;
     return true;
-}
-
-/* ---- resolving ---- */
-
-typedef struct ResolveJob {
-    WaveView *view;
-    const PassImages *images;
-} ResolveJob;
-
-/* Filters the rows of a pixel row into one: radiance [0..2] and irradiance [3..5] per column of subpixels. */
-static bool resolve_columns(const WaveView *v, int top, double *columns) {
-    bool any = false;
-    for (int j = 0; j < v->taps; j++) any |= v->lit[top + j];
-    if (!any) return false;
-    memset(columns, 0, 6 * (size_t)v->width * sizeof *columns);
-    for (int j = 0; j < v->taps; j++) {
-        if (!v->lit[top + j]) continue;
-        const WaveSubpixel *p = &v->subpixels[(size_t)(top + j) * (size_t)v->width];
-        const float *e = &v->irradiance[3 * (size_t)(top + j) * (size_t)v->width];
-        for (int x = 0; x < v->width; x++)
-            for (int k = 0; k < 3; k++) {
-                double value = v->tap[j] * (double)e[3 * x + k];
-                columns[6 * x + k] += value * (double)p[x].weight[k];
-                columns[6 * x + 3 + k] += value;
-            }
-    }
-    return true;
-}
-
-static void resolve_row(void *data, size_t index, unsigned thread) {
-    const ResolveJob *job = data;
-    const WaveView *v = job->view;
-    const Camera *camera = &v->scene->camera;
-    double *columns = v->columns + 6 * (size_t)thread * (size_t)v->width;
-    if (!resolve_columns(v, (int)index * v->scale, columns)) return;
-    size_t row = ((size_t)v->region[1] + index) * (size_t)camera->width;
-    for (int x = v->region[0]; x < v->region[2]; x++) {
-        double sum[6] = {0};
-        const double *c = columns + 6 * (size_t)((x - v->region[0]) * v->scale);
-        for (int i = 0; i < v->taps; i++)
-            for (int k = 0; k < 6; k++) sum[k] += v->tap[i] * c[6 * i + k];
-        size_t at = 3 * (row + (size_t)x);
-        for (size_t k = 0; k < 3; k++) {
-            job->images->radiance[at + k] += sum[k];
-            if (job->images->irradiance) job->images->irradiance[at + k] += sum[3 + k] * camera->exposure;
-        }
-    }
-}
-
-void wave_resolve(WaveView *v, TaskPool *pool, const PassImages *images) {
-    ResolveJob job = {v, images};
-    tasks_run(pool, (size_t)(v->region[3] - v->region[1]), resolve_row, &job);
-    for (int y = 0; y < v->height; y++)
-        if (v->lit[y])
-            memset(v->irradiance + 3 * (size_t)y * (size_t)v->width, 0, 3 * (size_t)v->width * sizeof(float));
-    memset(v->lit, 0, (size_t)v->height);
 }
