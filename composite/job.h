@@ -28,8 +28,9 @@ typedef struct Setting {
 
 /** The layers of one light; -1 where it has none, else an index into the caustics' layers. */
 typedef struct Light {
-    char *name; /**< original */
-    char *base; /**< "caustics_key" */
+    char *name;  /**< original */
+    char *base;  /**< "caustics_key" */
+    char *place; /**< what a host put before it: "ViewLayer."; "" */
     int radiance, indirect, irradiance, seen;
     Setting both, indirect_only;
 } Light;

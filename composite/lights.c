@@ -101,22 +101,26 @@ static cau_result from_names(Lights *out, const Picture *p, CauError *err) {
     return CAU_OK;
 }
 
-static char *base_of(const Light *light, const Picture *p) {
+/* Base and place, from the first of its layers. */
+static cau_result name_layers(Light *light, const Picture *p, CauError *err) {
     static const struct {
         size_t offset;
         const char *suffix;
     } ways[] = {{offsetof(Light, radiance), ""}, {offsetof(Light, indirect), CAU_SUFFIX_INDIRECT},
         {offsetof(Light, irradiance), CAU_SUFFIX_IRRADIANCE}, {offsetof(Light, seen), CAU_SUFFIX_SEEN}};
-    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
-        int layer;
-        memcpy(&layer, (const char *)light + ways[i].offset, sizeof layer);
-        if (layer < 0) continue;
-        char *base = string_copy(p->layers.layers[layer].pass);
-        size_t n = base ? strlen(base) : 0, m = strlen(ways[i].suffix);
-        if (n > m && strcmp(base + n - m, ways[i].suffix) == 0) base[n - m] = '\0';
-        return base;
-    }
-    return string_copy("");
+    int index = -1;
+    size_t way = 0;
+    for (; index < 0 && way < sizeof ways / sizeof *ways; way++)
+        memcpy(&index, (const char *)light + ways[way].offset, sizeof index);
+    const ExrLayer *layer = index < 0 ? NULL : &p->layers.layers[index];
+    const char *suffix = ways[way - 1].suffix;
+    light->base = string_copy(layer ? layer->pass : "");
+    light->place = string_copy(layer ? layer->name : "");
+    if (!light->base || !light->place) return no_memory(err);
+    size_t n = strlen(light->base), m = strlen(suffix);
+    if (n > m && strcmp(light->base + n - m, suffix) == 0) light->base[n - m] = '\0';
+    light->place[layer ? layer->pass_at : 0] = '\0';
+    return CAU_OK;
 }
 
 cau_result lights_find(Lights *out, const Picture *caustics, CauError *err) {
@@ -128,10 +132,8 @@ cau_result lights_find(Lights *out, const Picture *caustics, CauError *err) {
             exr_reader_path(caustics->reader), CAU_ATTRIBUTE_LAYERS, attr->type);
     cau_result result = json ? from_header(out, caustics, json, err) : from_names(out, caustics, err);
     free(json);
-    for (size_t i = 0; result == CAU_OK && i < out->count; i++) {
-        out->lights[i].base = base_of(&out->lights[i], caustics);
-        if (!out->lights[i].base) result = no_memory(err);
-    }
+    for (size_t i = 0; result == CAU_OK && i < out->count; i++)
+        result = name_layers(&out->lights[i], caustics, err);
     return result;
 }
 
@@ -152,18 +154,20 @@ void lights_free(Lights *lights) {
     for (size_t i = 0; i < lights->count; i++) {
         free(lights->lights[i].name);
         free(lights->lights[i].base);
+        free(lights->lights[i].place);
     }
     free(lights->lights);
     free(lights->tint_space);
     *lights = (Lights){0};
 }
 
-/* "caustics_key" for both spellings. */
-static bool same_layer(const char *base, const char *suffix, const char *name) {
+/* "key", "caustics_key" and "ViewLayer.caustics_key". */
+static bool same_layer(const Light *light, const char *suffix, const char *name) {
     char layer[512];
-    snprintf(layer, sizeof layer, "%s%s", base, suffix);
-    size_t prefix = strlen(CAU_LAYER_PREFIX);
+    snprintf(layer, sizeof layer, "%s%s", light->base, suffix);
+    size_t prefix = strlen(CAU_LAYER_PREFIX), place = strlen(light->place);
     return strcmp(layer, name) == 0 ||
+           (strncmp(light->place, name, place) == 0 && strcmp(layer, name + place) == 0) ||
            (strncmp(layer, CAU_LAYER_PREFIX, prefix) == 0 && strcmp(layer + prefix, name) == 0);
 }
 
@@ -204,12 +208,18 @@ cau_result lights_match(
     Light **out, bool *indirect_only, const Lights *lights, const char *name, CauError *err) {
     *out = NULL;
     *indirect_only = false;
-    for (size_t i = 0; !*out && i < lights->count; i++)
-        if (same_layer(lights->lights[i].base, "", name)) *out = &lights->lights[i];
+    for (size_t i = 0; i < lights->count; i++) {
+        Light *l = &lights->lights[i];
+        if (!same_layer(l, "", name)) continue;
+        if (*out)
+            return error_set(err, CAU_ERROR_INPUT,
+                "\"%s\" may be the layer \"%s%s\" or \"%s%s\": name the one that is meant", name,
+                (*out)->place, (*out)->base, l->place, l->base);
+        *out = l;
+    }
     if (!*out) CAU_TRY(by_original_name(out, lights, name, err));
     for (size_t i = 0; !*out && i < lights->count; i++)
-        if (lights->lights[i].indirect >= 0 &&
-            same_layer(lights->lights[i].base, CAU_SUFFIX_INDIRECT, name)) {
+        if (lights->lights[i].indirect >= 0 && same_layer(&lights->lights[i], CAU_SUFFIX_INDIRECT, name)) {
             *out = &lights->lights[i];
             *indirect_only = true;
         }

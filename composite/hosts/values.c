@@ -27,8 +27,9 @@ cau_result host_light(Light **out, Lights *lights, const char *name, CauError *e
         *out = &lights->lights[lights->count++];
         char *base = malloc(prefix + strlen(name) + 1);
         if (base) sprintf(base, "%s%s", CAU_LAYER_PREFIX, name);
-        **out = (Light){string_copy(name), base, -1, -1, -1, -1, setting_plain, setting_plain};
-        ok = (*out)->name && base;
+        **out =
+            (Light){string_copy(name), base, string_copy(""), -1, -1, -1, -1, setting_plain, setting_plain};
+        ok = (*out)->name && base && (*out)->place;
     }
     return ok ? CAU_OK : error_set(err, CAU_ERROR_RESOURCE, "out of memory for the list of lights");
 }

@@ -190,6 +190,18 @@ class Parts(Case):
         wanted[:, 2:] += near
         self.assert_exact(self.result(), wanted)
 
+    def test_layers_that_a_host_has_renamed(self):
+        beauty, before = self.beauty()
+        a, b = self.pixels(), self.pixels()
+        exrlib.write(self.path("c.exr"), [(None, {**rgb("A.caustics_key", a), **rgb("B.caustics_key", b)}, REC709)])
+        self.refused("add", beauty, self.path("c.exr"), "-o", self.path("out.exr"), "--gain", "key=2",
+                     says=["A.caustics_key", "B.caustics_key"])
+        self.run_merge("add", beauty, self.path("c.exr"), "-o", self.path("out.exr"), "--gain", "B.caustics_key=2")
+        self.assert_exact(self.result(), before.astype("f8") + a + 2. * b)
+        exrlib.write(self.path("c.exr"), [(None, {**rgb("A.caustics_key", a), **rgb("A.caustics_key_ind", b)}, REC709)])
+        self.run_merge("add", beauty, self.path("c.exr"), "-o", self.path("out.exr"), "--gain", "A.caustics_key_ind=0", "--ev", "key=1")
+        self.assert_exact(self.result(), before + 2. * a)
+
     def test_layer_list_of_another_type(self):
         beauty, _ = self.beauty()
         caustics, _ = self.caustics(attrs={"caustics/layers": exrlib.integer(4)})
