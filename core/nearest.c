@@ -27,10 +27,16 @@ static int edit_distance(const char *a, const char *b) {
     return row[lb];
 }
 
+/* A name cut short ("hfov") means the whole one ("hfov_deg"), whatever short name is nearer by letters. */
+static int distance(const char *wanted, const char *name) {
+    size_t length = strlen(wanted);
+    return length >= 3 && strncmp(wanted, name, length) == 0 ? 1 : edit_distance(wanted, name);
+}
+
 int nearest_name(const char *wanted, const char *const *names, size_t count) {
     int best = -1, best_distance = 0;
     for (size_t i = 0; i < count; i++) {
-        int d = edit_distance(wanted, names[i]);
+        int d = distance(wanted, names[i]);
         if (best < 0 || d < best_distance) {
             best = (int)i;
             best_distance = d;

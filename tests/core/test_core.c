@@ -32,6 +32,8 @@ static void nearest_finds_typing_errors(void **state) {
     assert_int_equal(nearest_name("Glas", names, 3), 0);
     assert_int_equal(nearest_name("difuse", names, 3), 2);
     assert_int_equal(nearest_name("x", names, 0), -1);
+    const char *const keys[] = {"look", "hfov_deg"};
+    assert_int_equal(nearest_name("hfov", keys, 2), 1);
 }
 
 static void count_piece(void *data, size_t index, unsigned thread) {

@@ -49,9 +49,9 @@ def softened(path):
     return path
 
 
-def compare(check, path, photons, paths, size):
+def compare(check, path, photons, paths, size, estimators=("P", "W")):
     r = pictures(path, "R", paths, "radiance,indirect", size)
-    for estimator in ("P", "W"):
+    for estimator in estimators:
         compare_with(check, path, estimator, pictures(path, estimator, photons, "radiance,indirect", size), r, size)
 
 
