@@ -4,6 +4,7 @@
 
 #include "core/checked.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <time.h>
 
@@ -61,6 +62,21 @@ static cau_result make_groups(cau_render *r, CauError *err) {
         if (g == r->group_count) r->groups[r->group_count++].name = r->scene.lights[i].layer;
         r->group_of_light[i] = g;
     }
+    return CAU_OK;
+}
+
+/* Shard I of N has the passes I, I + N, ... of the whole render, whose plan, radii and random numbers it
+ * shares. */
+static cau_result set_share(cau_render *r, CauError *err) {
+    uint64_t index = r->options.shard_index, count = r->options.shard_count;
+    r->passes_share = r->passes_wanted;
+    if (!count) return CAU_OK;
+    if (count > r->passes_wanted)
+        return error_set(err, CAU_ERROR_USAGE,
+            "shard %" PRIu64 " of %" PRIu64 ": the render has %" PRIu64
+            " passes, so it can be cut into that many shards at most; use fewer, or more photons",
+            index, count, r->passes_wanted);
+    r->passes_share = (r->passes_wanted - index) / count + 1;
     return CAU_OK;
 }
 
@@ -135,6 +151,15 @@ static cau_result take_options(const cau_render_options *given, cau_render_optio
     o->size = sizeof *o;
     if (!(o->time_s >= 0) || !(o->error >= 0) || !isfinite(o->time_s) || !isfinite(o->error))
         return error_set(err, CAU_ERROR_USAGE, "time and error limits must be finite and not negative");
+    bool whole = o->shard_count == 0 && o->shard_index == 0;
+    if (!whole && (o->shard_index < 1 || o->shard_index > o->shard_count || o->shard_count > CAU_SHARDS_MAX))
+        return error_set(err, CAU_ERROR_USAGE,
+            "shard %u of %u: it must be I of N, with I from 1 to N, N up to %d", o->shard_index,
+            o->shard_count, CAU_SHARDS_MAX);
+    if (!whole && (o->time_s > 0 || o->error > 0 || !o->photons))
+        return error_set(err, CAU_ERROR_USAGE,
+            "a shard is a share of a known number of photons; limit it by photons alone, not by time or "
+            "error");
     if ((o->layers & CAU_WANT_BEAUTY) && o->estimator != CAU_ESTIMATOR_R)
         return error_set(
             err, CAU_ERROR_USAGE, "the beauty layer is estimator R's alone; ask for that estimator");
@@ -190,6 +215,7 @@ void cau_render_destroy(cau_render **render) {
     free(r->group_of_light);
     wave_view_free(&r->view);
     free(r->waved);
+    free(r->joined);
     plan_free(&r->plan);
     aim_free(&r->casters);
     aim_free(&r->surfaces);
@@ -252,6 +278,7 @@ cau_result cau_render_plan(cau_render *r) {
     CAU_TRY(render_probe(r, &r->error));
     CAU_TRY(make_films(r, &r->error));
     set_budget(r);
+    CAU_TRY(set_share(r, &r->error));
     CAU_TRY(make_view(r, &r->error));
     r->planned = true;
     return CAU_OK;

@@ -48,17 +48,22 @@ struct cau_render {
     size_t group_count;
     size_t *group_of_light;
     Film beauty;
-    uint64_t passes_wanted; /**< 0: no limit */
-    WaveView *view;         /**< NULL: estimator W is not called for */
-    bool *waved;            /**< [object] its smooth paths are estimator W's */
+    uint64_t passes_wanted; /**< of all shards; 0: no limit */
+    uint64_t passes_share;  /**< of them ours, see options.shard_index */
+    uint64_t pass;          /**< the number of the pass at hand among those of all shards */
+    bool *joined;           /**< [shard] its state has been added; NULL: none was */
+    unsigned joined_count;
+    WaveView *view; /**< NULL: estimator W is not called for */
+    bool *waved;    /**< [object] its smooth paths are estimator W's */
     uint32_t photons_per_pass;
-    uint64_t passes;
+    uint64_t passes; /**< that the films hold; of a stopped render some films may hold one more */
     atomic_bool cancel;
     pthread_t thread;
     bool running;
     pthread_mutex_t mutex;
     pthread_cond_t ended;
     bool has_ended;
+    bool pause_wanted, paused; /**< between two passes, while another thread saves the state */
     cau_result result;
     cau_progress progress;
     double started_s;
@@ -74,6 +79,15 @@ bool render_waves_alone(const cau_render *r);
 
 /** Sends the probes and makes r->plan. */
 cau_result render_probe(cau_render *r, CauError *err);
+
+/** Between two passes: lets a thread that waits in cau_render_save() write the state. */
+void render_pause(cau_render *r);
+
+/** The shards that were joined are all there are; CAU_OK without any. */
+cau_result render_check_joined(const cau_render *r, CauError *err);
+
+/** Anything to render? */
+bool render_has_layers(const cau_render *r);
 
 /** Renders passes until a limit is met or it is cancelled. */
 cau_result render_passes(cau_render *r, CauError *err);

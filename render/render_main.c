@@ -50,8 +50,29 @@ static void print_progress(const cau_progress *p) {
         p->stage, p->photons_per_light, error, p->elapsed_s, left);
 }
 
+typedef struct Run {
+    const RenderArguments *arguments;
+    cau_render *render;
+    cau_scene *scene;
+    const cau_context *context;
+    double saved_s;
+    cau_result saved; /* a checkpoint that failed is told once; rendering goes on */
+} Run;
+
+static void save_sometimes(Run *run, const cau_progress *p) {
+    const RenderArguments *a = run->arguments;
+    if (!a->checkpoint || run->saved != CAU_OK || strcmp(p->stage, "rendering") != 0 ||
+        p->elapsed_s - run->saved_s < a->checkpoint_s)
+        return;
+    run->saved = cau_render_save_file(run->render, run->scene, a->checkpoint);
+    run->saved_s = cau_render_poll(run->render).elapsed_s;
+    if (run->saved != CAU_OK) fprintf(stderr, "caustic-render: %s\n", cau_error_text(run->context));
+}
+
 static void show_progress(void *data, const cau_progress *p) {
-    const RenderArguments *a = data;
+    Run *run = data;
+    const RenderArguments *a = run->arguments;
+    save_sometimes(run, p);
     if (a->progress) {
         print_progress(p);
         return;
@@ -87,6 +108,8 @@ static cau_result write_result(
         .interleave = a->interleave,
         .crop = a->crop,
         .complete = complete,
+        .shard_index = a->options.shard_index,
+        .shard_count = a->options.shard_count,
         .seed = a->options.seed,
         .photons = cau_render_poll(render).photons_per_light};
     char *path = complete ? strdup(a->output) : incomplete_name(a->output);
@@ -117,9 +140,9 @@ static void show_warnings(const cau_render *render, const RenderArguments *a) {
 
 /* Minutes of rendering for a folder that does not exist would be lost: tried before, not after. */
 static cau_result check_output(const RenderArguments *a) {
-    const char *paths[] = {a->output, a->report};
+    const char *paths[] = {a->output, a->report, a->checkpoint};
     CauError error = {0};
-    for (size_t i = 0; i < 2; i++) {
+    for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
         FileAtomic file;
         if (!paths[i]) continue;
         cau_result result = file_atomic_begin(&file, paths[i], &error);
@@ -131,7 +154,19 @@ static cau_result check_output(const RenderArguments *a) {
     return CAU_OK;
 }
 
-static cau_result run(cau_scene *scene, cau_render *render, const RenderArguments *a) {
+/* What an earlier run, or other machines, have rendered already. */
+static cau_result take_states(cau_scene *scene, cau_render *render, const RenderArguments *a) {
+    for (size_t i = 0; i < a->joined_count; i++) CAU_TRY(cau_render_join_file(render, scene, a->joined[i]));
+    if (!a->resume) return CAU_OK;
+    if (access(a->checkpoint, F_OK) == 0) return cau_render_load_file(render, scene, a->checkpoint);
+    if (!a->quiet) fprintf(stderr, "note: there is no %s yet: the render starts anew\n", a->checkpoint);
+    return CAU_OK;
+}
+
+static cau_result render_scene(Run *run) {
+    const RenderArguments *a = run->arguments;
+    cau_scene *scene = run->scene;
+    cau_render *render = run->render;
     show_warnings(render, a);
     show_mapped_names(render, scene, a);
     if (a->explain) {
@@ -140,13 +175,18 @@ static cau_result run(cau_scene *scene, cau_render *render, const RenderArgument
         fflush(stdout);
         if (planned != CAU_OK || !a->output) return planned;
     }
-    cau_result started = cau_render_start(render);
-    if (started != CAU_OK) return started;
-    cau_result result = cau_render_wait(render, 0.25, show_progress, (void *)a);
+    cau_result result = take_states(scene, render, a);
+    if (result == CAU_OK) result = cau_render_start(render);
+    if (result != CAU_OK) return result;
+    result = cau_render_wait(render, 0.25, show_progress, run);
     if (result != CAU_OK && result != CAU_ERROR_CANCELLED) return result;
+    cau_result saved = a->checkpoint ? cau_render_save_file(render, scene, a->checkpoint) : CAU_OK;
+    if (saved == CAU_ERROR_CANCELLED) saved = CAU_OK; /* stopped before there was anything to keep */
+    if (!a->output) return saved != CAU_OK ? saved : result;
     if (result == CAU_OK && cau_render_error(render) == 0 && !a->quiet)
         fprintf(stderr, "note: the layers are black: %s", cau_render_explain(render));
     cau_result written = write_result(render, scene, a, result == CAU_OK);
+    if (written == CAU_OK) written = saved;
     return written != CAU_OK ? written : result;
 }
 
@@ -164,7 +204,8 @@ int main(int argc, char **argv) {
     if (result == CAU_OK) result = cau_render_create(scene, &arguments.options, &render);
     if (result == CAU_OK) {
         catch_signals(render);
-        result = run(scene, render, &arguments);
+        Run run = {.arguments = &arguments, .context = context, .scene = scene, .render = render};
+        result = render_scene(&run);
         running_render = NULL;
     }
     if (result != CAU_OK && result != CAU_ERROR_CANCELLED)

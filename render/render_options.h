@@ -9,9 +9,12 @@
 #include <stdbool.h>
 
 typedef struct RenderArguments {
-    const char *scene, *output, *report;
+    const char *scene, *output, *report, *checkpoint;
+    const char *const *joined; /**< state files of shards, see --join */
+    size_t joined_count;
+    double checkpoint_s; /**< between two checkpoints */
     cau_render_options options;
-    bool half, interleave, crop, explain, quiet, progress;
+    bool half, interleave, crop, explain, quiet, progress, resume;
 } RenderArguments;
 
 /** Parses the command line. Returns -1 to go on, or the exit code (after --help, --version or a usage error,

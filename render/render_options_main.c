@@ -36,6 +36,11 @@ static const char help_text[] =
     "  --crop                 data window = region\n"
     "  --memory SIZE          budget, e.g. 512M, 4G [2G]\n"
     "  --physical             scale radiance by n^2 as in nature, not as Cycles\n"
+    "  --checkpoint FILE      keep the render's state there, so that a kill loses little\n"
+    "  --checkpoint-every S   seconds between two [60]\n"
+    "  --resume               go on from the checkpoint, if there is one: same bytes\n"
+    "  --shard I/N            render only share I of N, with -o, --checkpoint or both\n"
+    "  --join FILE...         last: the checkpoints of all shards become one picture\n"
     "  --explain              print the plan; without -o render nothing\n"
     "  --report FILE.json     figures: error, flux, seconds, memory\n"
     "  --progress             a line of JSON on standard error four times a second\n"
@@ -174,20 +179,44 @@ static int parse_type(const char *value, RenderArguments *a) {
     return -1;
 }
 
+static bool is_file_name(const char *value) { return value && value[0] && strcmp(value, "-") != 0; }
+
+static int parse_files(const char *option, const char *value, RenderArguments *a) {
+    if (strcmp(option, "-o") == 0 || strcmp(option, "--output") == 0) {
+        a->output = value;
+        return is_file_name(value) ? -1 : usage_error(option, value, "a file name (\"-\" is not one)");
+    }
+    if (strcmp(option, "--report") == 0) {
+        a->report = value;
+        return is_file_name(value) ? -1 : usage_error(option, value, "a file name");
+    }
+    if (strcmp(option, "--checkpoint") == 0) {
+        a->checkpoint = value;
+        return is_file_name(value) ? -1 : usage_error(option, value, "a file name");
+    }
+    return -2;
+}
+
+static int parse_shard(const char *option, const char *value, RenderArguments *a) {
+    if (strcmp(option, "--checkpoint-every") == 0)
+        return parse_double(value, 0, &a->checkpoint_s) ? -1 : usage_error(option, value, "seconds");
+    if (strcmp(option, "--shard") != 0) return -2;
+    int shard[2] = {0, 0};
+    bool ok = parse_ints(value, "/", shard, 2) && shard[0] >= 1 && shard[0] <= shard[1] &&
+              shard[1] <= CAU_SHARDS_MAX;
+    a->options.shard_index = (unsigned)shard[0];
+    a->options.shard_count = (unsigned)shard[1];
+    return ok ? -1 : usage_error(option, value, "I/N, I from 1 to N, N up to 65536");
+}
+
 /* An option with a value. -1: taken; -2: not one of these; else the exit code. */
 static int parse_valued(const char *option, const char *value, RenderArguments *a) {
     cau_render_options *o = &a->options;
     uint64_t n;
     bool ok;
-    if (strcmp(option, "-o") == 0 || strcmp(option, "--output") == 0) {
-        a->output = value;
-        if (value && value[0] && strcmp(value, "-") != 0) return -1;
-        return usage_error(option, value, "a file name (\"-\" is not one)");
-    }
-    if (strcmp(option, "--report") == 0) {
-        a->report = value;
-        return value && value[0] && strcmp(value, "-") != 0 ? -1 : usage_error(option, value, "a file name");
-    }
+    int code = parse_files(option, value, a);
+    if (code == -2) code = parse_shard(option, value, a);
+    if (code != -2) return code;
     if (strcmp(option, "--photons") == 0) {
         ok = parse_count(value, 1e15, &o->photons) && o->photons > 0;
         return ok ? -1 : usage_error(option, value, "a whole number from 1 to 1e15");
@@ -239,6 +268,8 @@ static int parse_flag(const char *option, RenderArguments *a) {
         a->explain = true;
     else if (strcmp(option, "--quiet") == 0)
         a->quiet = true;
+    else if (strcmp(option, "--resume") == 0)
+        a->resume = true;
     else if (strcmp(option, "--progress") == 0)
         a->progress = true;
     else if (strcmp(option, "--physical") == 0)
@@ -249,7 +280,7 @@ static int parse_flag(const char *option, RenderArguments *a) {
 }
 
 static int unknown_option(const char *option) {
-    static const char *const later[] = {"--frames", "--checkpoint", "--resume", "--shard"};
+    static const char *const later[] = {"--frames"};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (strcmp(option, later[i]) == 0) {
             fprintf(stderr, "caustic-render: not yet supported: %s; leave it out\n", option);
@@ -258,7 +289,7 @@ static int unknown_option(const char *option) {
     static const char *const known[] = {"-o", "--photons", "--time", "--error", "--seed", "--threads",
         "--resolution", "--region", "--estimator", "--effects", "--layers", "--type", "--interleave",
         "--crop", "--memory", "--physical", "--explain", "--report", "--progress", "--quiet", "--version",
-        "--help"};
+        "--help", "--checkpoint", "--checkpoint-every", "--resume", "--shard", "--join"};
     fprintf(stderr, "caustic-render: unknown option \"%s\"; did you mean \"%s\"?\n", option,
         known[nearest_name(option, known, sizeof known / sizeof *known)]);
     return EXIT_USAGE;
@@ -269,8 +300,20 @@ static int check(RenderArguments *a, bool photons_given) {
         fprintf(stderr, "caustic-render: no scene given; try caustic-render --help\n");
         return EXIT_USAGE;
     }
-    if (!a->output && !a->explain) {
+    if (a->joined && !a->joined_count)
+        return usage_error("--join", NULL, "followed by state files of shards");
+    bool state_alone = a->checkpoint && a->options.shard_count;
+    if (!a->output && !a->explain && !state_alone) {
         fprintf(stderr, "caustic-render: no output given; name one with -o OUT.exr\n");
+        return EXIT_USAGE;
+    }
+    if (a->resume && !a->checkpoint) {
+        fprintf(stderr,
+            "caustic-render: --resume needs the file to go on from; name it with --checkpoint FILE\n");
+        return EXIT_USAGE;
+    }
+    if (a->joined && (a->checkpoint || a->options.shard_count)) {
+        fprintf(stderr, "caustic-render: --join renders nothing; leave out --checkpoint and --shard\n");
         return EXIT_USAGE;
     }
     /* A limit of another kind replaces the default number of photons. */
@@ -279,13 +322,18 @@ static int check(RenderArguments *a, bool photons_given) {
 }
 
 int render_arguments_parse(int argc, char **argv, RenderArguments *out) {
-    *out = (RenderArguments){.options = cau_render_defaults()};
+    *out = (RenderArguments){.options = cau_render_defaults(), .checkpoint_s = 60};
     bool photons_given = false;
     for (int i = 1; i < argc; i++) {
         char name[32];
         char *value = NULL, *equals = argv[i][0] == '-' ? strchr(argv[i], '=') : NULL;
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return fputs(help_text, stdout), 0;
         if (strcmp(argv[i], "--version") == 0) return printf("caustic-render %s\n", cau_version()), 0;
+        if (strcmp(argv[i], "--join") == 0) { /* all that follows */
+            out->joined = (const char *const *)argv + i + 1;
+            out->joined_count = (size_t)(argc - i - 1);
+            break;
+        }
         if (argv[i][0] != '-' || strcmp(argv[i], "-") == 0) {
             if (out->scene || strcmp(argv[i], "-") == 0) {
                 fprintf(stderr, "caustic-render: \"%s\": exactly one scene file is wanted\n", argv[i]);

@@ -40,21 +40,17 @@ typedef struct PassState {
     ReferenceImages reference;
     double *reference_block;
     uint64_t key;
+    uint64_t passes_before; /* that the render has gone on from */
 } PassState;
 
 static size_t picture_values(const cau_render *r) {
     return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
 }
 
-static bool any_indirect(const cau_render *r) {
+bool render_has_layers(const cau_render *r) {
+    if (r->options.estimator == CAU_ESTIMATOR_R) return true;
     for (size_t g = 0; g < r->group_count; g++)
-        if (r->groups[g].indirect) return true;
-    return false;
-}
-
-static bool any_direct(const cau_render *r) {
-    for (size_t g = 0; g < r->group_count; g++)
-        if (r->groups[g].direct) return true;
+        if (r->groups[g].direct || r->groups[g].indirect) return true;
     return false;
 }
 
@@ -92,7 +88,7 @@ static cau_result light_wave(
         .y0 = r->region[1],
         .y1 = r->region[3],
         .key = rng_combine(s->key, l->stream),
-        .pass = (uint32_t)r->passes,
+        .pass = (uint32_t)r->pass,
         .rays = r->photons_per_pass,
         .radius_pixels = s->wave_radius,
         .places = (uint32_t)clamp(ceil(places / passes), 1, fmax(1, rays / casters / square(WAVE_CELLS))),
@@ -114,7 +110,7 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
         .owner = kind ? OWNER_INDIRECT : OWNER_DIRECT,
         .waved = !kind && plan->wave ? r->waved : NULL,
         .physical = r->options.physical_radiance,
-        .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->passes + (uint64_t)kind),
+        .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->pass + (uint64_t)kind),
         .photons = r->photons_per_pass,
         .bent = r->bent.objects ? &r->bent : NULL,
         .bent_photons = render_bent_photons(r, l, kind, r->photons_per_pass),
@@ -180,12 +176,15 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double radius_pix
         s->support_radius[kind] = gather.radius_pixels;
     }
     PassImages full = s->images;
+    RenderGroup before = *group; /* a pass that is stopped leaves no trace in the accounts */
     if (kind) s->images.seen = s->images.irradiance = s->images.coverage = NULL;
     cau_result result = group_lights(s, g, kind, &gather, err);
     s->images.coverage = kind ? NULL : full.coverage;
     if (result == CAU_OK) {
         add_to_films(s, group, kind);
         learn_radius(s, group, kind);
+    } else {
+        *group = before;
     }
     s->images = full;
     return result;
@@ -209,7 +208,7 @@ static cau_result photon_pass(PassState *s, CauError *err) {
         .trace = r->trace,
         .filter = &r->filter,
         .key = s->key,
-        .pass = (uint32_t)r->passes,
+        .pass = (uint32_t)r->pass,
         .samples = render_waves_alone(r) && !s->images.irradiance ? 0 : eye_samples(r),
         .busy = r->view ? wave_view_busy(r->view) : NULL,
         .samples_busy = eye_samples_busy(r),
@@ -220,14 +219,16 @@ static cau_result photon_pass(PassState *s, CauError *err) {
         .cancel = &r->cancel,
         .physical = r->options.physical_radiance};
     CAU_TRY(eye_trace(&eye, r->pool, &s->points, err));
-    double photons = (double)(r->passes + 1) * r->photons_per_pass;
+    double photons = (double)(r->pass + 1) * r->photons_per_pass;
     double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
     s->wave_radius = RADIUS_DIRECT * fmin(shrink, 1);
     for (int kind = 0; kind < 2; kind++) {
         s->support_radius[kind] = -1; /* new eye points */
         double radius = (kind ? RADIUS_INDIRECT : RADIUS_DIRECT) * shrink;
         for (size_t g = 0; g < r->group_count; g++)
-            if (kind ? r->groups[g].indirect : r->groups[g].direct)
+            /* A render that was stopped within a pass goes on with those who lack it. */
+            if ((kind ? r->groups[g].indirect : r->groups[g].direct) &&
+                r->groups[g].films[kind].passes == r->passes)
                 CAU_TRY(group_pass(s, g, kind, radius, err));
     }
     return CAU_OK;
@@ -286,7 +287,7 @@ static cau_result one_reference_pass(PassState *s, CauError *err) {
         .casters = &r->casters,
         .physical = r->options.physical_radiance,
         .key = rng_combine(s->key, 0x52u),
-        .pass = (uint32_t)r->passes,
+        .pass = (uint32_t)r->pass,
         .light_paths = (uint32_t)clamp((double)picture_values(r) / 3, 1024, 1 << 20),
         .x0 = r->region[0],
         .y0 = r->region[1],
@@ -301,25 +302,30 @@ static cau_result one_reference_pass(PassState *s, CauError *err) {
 /* ---- the loop ---- */
 
 /* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or with the replicas as N^-1/2 (W, R). */
-static double forecast_s(const cau_render *r, double elapsed, double error) {
+static double forecast_s(const PassState *s, double elapsed, double error) {
+    const cau_render *r = s->r;
     double best = INFINITY;
     double exponent = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r) ? 2 : 3;
-    if (r->passes_wanted) best = elapsed * ((double)r->passes_wanted / (double)r->passes - 1);
+    uint64_t now = r->passes - s->passes_before;
+    if (r->passes_share) best = elapsed * (double)(r->passes_share - r->passes) / (double)now;
     if (r->options.time_s > 0) best = fmin(best, r->options.time_s - elapsed);
     if (r->options.error > 0 && error > 0)
         best = fmin(best, elapsed * (pow(error / r->options.error, exponent) - 1));
     return isfinite(best) ? fmax(best, 0) : -1;
 }
 
-static bool finished(cau_render *r, double *last_check_s) {
+static bool all_passes(const cau_render *r) { return r->passes_wanted && r->passes >= r->passes_share; }
+
+static bool finished(const PassState *s, double *last_check_s) {
+    cau_render *r = s->r;
     double now = render_clock_s(), elapsed = now - r->started_s;
-    if (r->passes_wanted && r->passes >= r->passes_wanted) return true;
+    if (all_passes(r)) return true;
     if (r->options.time_s > 0 && elapsed >= r->options.time_s) return true;
     /* The error costs a walk over all films: not after every short pass. */
     if (now - *last_check_s < 0.2) return false;
     *last_check_s = now;
     double error = render_total_error(r);
-    render_report(r, "rendering", error, forecast_s(r, elapsed, error));
+    render_report(r, "rendering", error, forecast_s(s, elapsed, error));
     /* Fewer than 8 replicas cannot tell their own spread. */
     return r->options.error > 0 && error >= 0 && error <= r->options.error && r->passes >= 8;
 }
@@ -355,17 +361,49 @@ static void state_free(PassState *s) {
     free(s->reference.direct);
 }
 
+static bool has_learnt(const cau_render *r) {
+    for (size_t g = 0; g < r->group_count; g++)
+        for (int kind = 0; kind < 2; kind++)
+            if ((kind ? r->groups[g].indirect : r->groups[g].direct) &&
+                !(r->groups[g].radius_scale[kind] > 0))
+                return false;
+    return true;
+}
+
+/* A shard without the first pass makes it all the same, for what it teaches, and forgets what it shows. */
+static cau_result learn_from_first_pass(PassState *s, CauError *err) {
+    cau_render *r = s->r;
+    if (r->options.shard_index < 2 || r->passes > 0 || has_learnt(r)) return CAU_OK;
+    r->pass = 0;
+    cau_result result = photon_pass(s, err);
+    for (size_t g = 0; g < r->group_count; g++) {
+        RenderGroup *group = &r->groups[g];
+        Film *films[] = {&group->films[0], &group->films[1], group->seen, group->irradiance, group->coverage};
+        for (size_t f = 0; f < sizeof films / sizeof *films; f++) film_clear(films[f]);
+        memset(group->accounts, 0, sizeof group->accounts);
+        memset(group->bent, 0, sizeof group->bent);
+        memset(&group->wave_account, 0, sizeof group->wave_account);
+    }
+    return result;
+}
+
 cau_result render_passes(cau_render *r, CauError *err) {
+    CAU_TRY(render_check_joined(r, err));
+    if (!render_has_layers(r) || all_passes(r)) return CAU_OK;
     bool reference = r->options.estimator == CAU_ESTIMATOR_R;
-    if (!reference && !any_direct(r) && !any_indirect(r)) return CAU_OK; /* nothing is called for */
-    PassState s = {.r = r, .key = rng_combine(r->options.seed, 0x63617573u)};
+    PassState s = {.r = r, .key = rng_combine(r->options.seed, 0x63617573u), .passes_before = r->passes};
     cau_result result = reference ? reference_prepare(&s, err) : images_prepare(&s, err);
+    if (result == CAU_OK && !reference) result = learn_from_first_pass(&s, err);
     double last_check_s = 0;
+    uint64_t first = r->options.shard_count ? r->options.shard_index - 1 : 0,
+             step = r->options.shard_count ? r->options.shard_count : 1;
     while (result == CAU_OK) {
+        r->pass = first + step * r->passes;
         result = reference ? one_reference_pass(&s, err) : photon_pass(&s, err);
         if (result != CAU_OK) break;
         r->passes++;
-        if (finished(r, &last_check_s)) break;
+        if (finished(&s, &last_check_s)) break;
+        render_pause(r);
     }
     state_free(&s);
     return result;

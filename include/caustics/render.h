@@ -28,6 +28,7 @@ enum {
     CAU_WANT_ERROR = 8,      /**< standard error per pixel */
     CAU_WANT_BEAUTY = 16     /**< estimator R only: what Cycles renders with caustics off */
 };
+enum { CAU_SHARDS_MAX = 65536 };
 enum { CAU_INDIRECT_AUTO = 0, CAU_INDIRECT_ON = 1, CAU_INDIRECT_OFF = 2 };
 
 typedef struct cau_render_options {
@@ -44,6 +45,8 @@ typedef struct cau_render_options {
     int indirect;      /**< CAU_INDIRECT_* */
     int physical_radiance; /**< 1: radiance scales with n^2 at interfaces as in nature; 0: as Cycles does */
     size_t memory_bytes;   /**< budget; 0: 2 GiB */
+    unsigned shard_index, shard_count; /**< render share 1 .. count of the photons, at most CAU_SHARDS_MAX and
+                                          as many as there are passes; both 0: the whole */
 } cau_render_options;
 
 /** Defaults: 4 million photons per light, automatic everything. */
@@ -75,6 +78,29 @@ CAU_API void cau_render_cancel(cau_render *render);
  *  CAU_ERROR_CANCELLED (layers hold the finished passes) or an error. */
 CAU_API cau_result cau_render_wait(cau_render *render, double interval_s,
     void (*report)(void *data, const cau_progress *progress), void *data);
+
+/** Takes `size` bytes of a state; 0: taken, else the saving fails. */
+typedef int (*cau_state_write)(void *data, const void *bytes, size_t size);
+/** Gives the next `size` bytes of a state, all of them; 0: given, else the state is taken as cut off. */
+typedef int (*cau_state_read)(void *data, void *bytes, size_t size);
+
+/** Gives the state of a render to `write`: all that cau_render_load() needs to go on to the same bytes as an
+ *  uninterrupted render. While the render runs, it waits for the end of a pass, which goes on when the state
+ * is written; so call it from the thread that waits. `write` runs on the calling thread. A render that was
+ * stopped while it probed has no state yet: CAU_ERROR_CANCELLED. The state is a function of scene, options
+ * and passes, in the byte order of this machine. */
+CAU_API cau_result cau_render_save(cau_render *render, cau_state_write write, void *data);
+
+/** Before cau_render_start(): goes on from a state of the same scene, photons, seed, shard and whatever else
+ *  settles the bytes; limits of time and error, and threads, may differ. `name` says in messages where the
+ * state comes from. What differs is CAU_ERROR_INPUT and named with both values; damage is CAU_ERROR_INPUT.
+ * After an error the render can only be destroyed. */
+CAU_API cau_result cau_render_load(cau_render *render, const char *name, cau_state_read read, void *data);
+
+/** Adds the state of a finished shard to a render that is none itself. When all have been added, in any
+ * order, cau_render_start() has nothing left to do, and the layers are those of one render of the whole;
+ * shards that are missing are an error of cau_render_wait(). Otherwise as cau_render_load(). */
+CAU_API cau_result cau_render_join(cau_render *render, const char *name, cau_state_read read, void *data);
 
 CAU_API void cau_render_size(const cau_render *render, int *width, int *height);
 /** The rendered region: x0, y0, x1, y1 in pixels, exclusive ends. */

@@ -11,12 +11,13 @@ extern "C" {
 #endif
 
 typedef struct cau_write_options {
-    size_t size;            /**< sizeof(cau_write_options) */
-    int half;               /**< 1: 16-bit channels, clamped and counted; 0: 32-bit */
-    int interleave;         /**< 1: all channels in one part; 0: a part per layer */
-    int crop;               /**< 1: the data window is the rendered region; 0: the whole picture */
-    int complete;           /**< 0: marked as incomplete */
-    uint64_t seed, photons; /**< for the header */
+    size_t size;                       /**< sizeof(cau_write_options) */
+    int half;                          /**< 1: 16-bit channels, clamped and counted; 0: 32-bit */
+    int interleave;                    /**< 1: all channels in one part; 0: a part per layer */
+    int crop;                          /**< 1: the data window is the rendered region; 0: the whole picture */
+    int complete;                      /**< 0: marked as incomplete */
+    uint64_t seed, photons;            /**< for the header */
+    unsigned shard_index, shard_count; /**< for the header; both 0: no shard */
 } cau_write_options;
 
 /** Writes all layers of an ended render to `path`, atomically: part 0 is the sum of all direct and indirect
@@ -29,6 +30,13 @@ CAU_API cau_result cau_render_write(
  * light's name: worth telling the user; the header keeps the original. */
 CAU_API cau_result cau_render_layer_name(
     cau_render *render, cau_scene *scene, size_t index, char *out, size_t size, int *mapped);
+
+/** cau_render_save() into a file, atomically: the file is the old state or the new one, never half. */
+CAU_API cau_result cau_render_save_file(cau_render *render, cau_scene *scene, const char *path);
+/** cau_render_load() from a file. */
+CAU_API cau_result cau_render_load_file(cau_render *render, cau_scene *scene, const char *path);
+/** cau_render_join() from a file. */
+CAU_API cau_result cau_render_join_file(cau_render *render, cau_scene *scene, const char *path);
 
 /** Writes the figures of an ended render (error, flux, photons per light, seconds) as JSON. */
 CAU_API cau_result cau_render_write_report(cau_render *render, cau_scene *scene, const char *path);

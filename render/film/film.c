@@ -4,6 +4,7 @@
 #include "core/checked.h"
 
 #include <math.h>
+#include <string.h>
 
 cau_result film_create(Film *out, size_t pixels, unsigned channels, CauError *err) {
     *out = (Film){.pixels = pixels, .channels = channels};
@@ -11,8 +12,10 @@ cau_result film_create(Film *out, size_t pixels, unsigned channels, CauError *er
     if (checked_mul(pixels, channels, &values)) {
         out->sum = array_new(values, sizeof(double));
         out->square_sum = array_new(values, sizeof(double));
+        out->sum_low = array_new(values, sizeof(float));
+        out->square_low = array_new(values, sizeof(float));
     }
-    if (out->sum && out->square_sum) return CAU_OK;
+    if (out->sum && out->square_sum && out->sum_low && out->square_low) return CAU_OK;
     film_free(out);
     return error_set(
         err, CAU_ERROR_RESOURCE, "out of memory for a film of %zu pixels; use a smaller resolution", pixels);
@@ -21,7 +24,25 @@ cau_result film_create(Film *out, size_t pixels, unsigned channels, CauError *er
 void film_free(Film *film) {
     free(film->sum);
     free(film->square_sum);
+    free(film->sum_low);
+    free(film->square_low);
     *film = (Film){0};
+}
+
+void film_clear(Film *film) {
+    size_t values = film->pixels * film->channels;
+    film->passes = film->non_finite = 0;
+    if (!film->sum) return;
+    memset(film->sum, 0, values * sizeof *film->sum);
+    memset(film->square_sum, 0, values * sizeof *film->square_sum);
+    memset(film->sum_low, 0, values * sizeof *film->sum_low);
+    memset(film->square_low, 0, values * sizeof *film->square_low);
+}
+
+void film_add_value(double *high, float *low, double x) {
+    double sum = *high + x, part = sum - *high, lost = (*high - (sum - part)) + (x - part);
+    *high = sum;
+    if (isfinite(lost)) *low += (float)lost;
 }
 
 void film_add(Film *film, const double *pass) {
@@ -34,19 +55,20 @@ void film_add(Film *film, const double *pass) {
             film->non_finite++;
             continue;
         }
-        film->sum[i] += x;
-        film->square_sum[i] += x * x;
+        film_add_value(&film->sum[i], &film->sum_low[i], x);
+        film_add_value(&film->square_sum[i], &film->square_low[i], x * x);
     }
 }
 
 double film_mean(const Film *film, size_t i) {
-    return film->passes ? film->sum[i] / (double)film->passes : 0;
+    return film->passes ? (film->sum[i] + (double)film->sum_low[i]) / (double)film->passes : 0;
 }
 
 double film_error(const Film *film, size_t i) {
     if (film->passes < 2) return 0;
-    double n = (double)film->passes, mean = film->sum[i] / n;
-    double variance = fmax(0, film->square_sum[i] / n - mean * mean) * n / (n - 1);
+    double n = (double)film->passes, mean = film_mean(film, i);
+    double square = (film->square_sum[i] + (double)film->square_low[i]) / n;
+    double variance = fmax(0, square - mean * mean) * n / (n - 1);
     return sqrt(variance / n);
 }
 

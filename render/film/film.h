@@ -2,7 +2,9 @@
 /** @file
  *  The film: per-pixel sums over independent passes, and what they say about their own error.
  *
- *  A pass is one independent randomised replica of the estimate. Sums are double and in pass order. The
+ *  A pass is one independent randomised replica of the estimate. Sums carry what their rounding lost
+ * (Neumaier 1974, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen"), to 2^-77 of the
+ * sum: so the shares of a render that several machines made add up to the picture that one machine makes. The
  * standard error of the mean comes from the spread of the passes. */
 #ifndef RENDER_FILM_FILM_H
 #define RENDER_FILM_FILM_H
@@ -16,6 +18,7 @@ typedef struct Film {
     size_t pixels;
     unsigned channels; /**< 1 or 3 */
     double *sum, *square_sum;
+    float *sum_low, *square_low; /**< what the rounding of the sums lost, to be added */
     uint64_t passes;
     uint64_t non_finite; /**< values of a pass refused because they were NaN or Inf (counted as 0) */
 } Film;
@@ -25,6 +28,12 @@ void film_free(Film *film);
 
 /** Adds a pass (pixels * channels values). NULL is a black pass. */
 void film_add(Film *film, const double *pass);
+
+/** Forgets all passes. */
+void film_clear(Film *film);
+
+/** Adds x to the sum *high + *low. */
+void film_add_value(double *high, float *low, double x);
 
 /** Mean over the passes of value i (0 without passes). */
 double film_mean(const Film *film, size_t i);

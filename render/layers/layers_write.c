@@ -10,6 +10,9 @@
 #include <jansson.h>
 #include <stdio.h>
 
+/* The last digits of a figure depend on the order in which shards were joined. */
+enum { FIGURE_DIGITS = 9 };
+
 enum { LAYER_NAME_BYTES = 40, ATTRIBUTES_MAX = 16 };
 
 typedef struct Out {
@@ -133,16 +136,19 @@ static json_t *repairs_json(const Out *o) {
 }
 
 static char *json_text(json_t *json) {
-    char *text = json ? json_dumps(json, JSON_COMPACT) : NULL;
+    char *text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(FIGURE_DIGITS)) : NULL;
     json_decref(json);
     return text;
 }
 
 static cau_result write_file(Out *o, const char *path) {
-    char hash[20], seed[24], photons[24];
+    char hash[20], seed[24], photons[24], shard[24];
+    size_t known = offsetof(cau_write_options, shard_index);
+    bool is_shard = o->options->size > known && o->options->shard_count;
     snprintf(hash, sizeof hash, "%016" PRIx64, cau_scene_hash(o->scene));
     snprintf(seed, sizeof seed, "%" PRIu64, o->options->seed);
     snprintf(photons, sizeof photons, "%" PRIu64, o->options->photons);
+    if (is_shard) snprintf(shard, sizeof shard, "%u/%u", o->options->shard_index, o->options->shard_count);
     char *list = layer_list_encode(&o->list), *errors = json_text(errors_json(o)),
          *repairs = json_text(repairs_json(o));
     const ExrAttribute attributes[] = {
@@ -155,6 +161,9 @@ static cau_result write_file(Out *o, const char *path) {
         {.name = "caustics/plan", .kind = EXR_STRING, .text = cau_render_explain(o->render)},
         {.name = "caustics/error", .kind = EXR_STRING, .text = errors ? errors : "{}"},
         {.name = "caustics/repairs", .kind = EXR_STRING, .text = repairs ? repairs : "{}"},
+        {.name = CAU_ATTRIBUTE_SHARD,
+            .kind = EXR_STRING,
+            .text = is_shard ? shard : ""}, /* left out of a whole */
     };
     bool alone = o->layer_count == 1 && cau_render_layer(o->render, 0).kind == CAU_LAYER_BEAUTY;
     ExrPicture picture = {.width = o->width,
@@ -170,7 +179,7 @@ static cau_result write_file(Out *o, const char *path) {
         .layers = o->layers,
         .layer_count = alone ? 1 : o->layer_count + 1,
         .attributes = attributes,
-        .attribute_count = sizeof attributes / sizeof *attributes};
+        .attribute_count = sizeof attributes / sizeof *attributes - (is_shard ? 0 : 1)};
     cau_result result = exr_write(path, &picture, NULL, o->err);
     free(list);
     free(errors);
