@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* caustic-merge: a thin front of include/caustics/composite.h. */
 #include "composite/cli/arguments.h"
+#include "core/frames.h"
 #include "core/nearest.h"
 
 #include <errno.h>

@@ -134,9 +134,6 @@ static inline size_t job_memory(const cau_merge_options *o) {
 size_t job_lane_bytes(const ExrHeader *beauty, const ExrHeader *caustics);
 /** The frames of a sequence, several at once. */
 cau_result sequence_run(const cau_merge_options *o, const cau_merge_frames *frames, CauError *err);
-/** "%04d" or "####" in `pattern` become the number; to be freed. NULL when it has no such place, or memory is
- * out. */
-char *frame_name(const char *pattern, int frame);
 enum { STAMP_MAX = 40 };
 /** A hash of what the inputs hold and of all settings that change the output. */
 cau_result stamp_make(char out[STAMP_MAX], const cau_merge_options *o, CauError *err);

@@ -4,9 +4,9 @@
 
 #include "core/checked.h"
 #include "core/file_atomic.h"
+#include "core/frames.h"
 #include "core/ordered.h"
 
-#include <ctype.h>
 #include <jansson.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -39,38 +39,6 @@ struct Sequence {
     size_t done, skipped, failed;
 };
 
-/* Where the number goes: its beginning, its length and its least number of digits. */
-static bool find_place(const char *pattern, size_t *begin, size_t *length, int *digits) {
-    const char *hash = strchr(pattern, '#');
-    if (hash) {
-        *begin = (size_t)(hash - pattern);
-        *length = strspn(hash, "#");
-        *digits = *length < 20 ? (int)*length : 20;
-        return true;
-    }
-    for (const char *p = strchr(pattern, '%'); p; p = strchr(p + 1, '%')) {
-        const char *end = p + 1;
-        while (isdigit((unsigned char)*end) && end - p < 4) end++;
-        if (*end != 'd') continue;
-        *begin = (size_t)(p - pattern);
-        *length = (size_t)(end - p) + 1;
-        *digits = atoi(p + 1);
-        return *digits <= 20;
-    }
-    return false;
-}
-
-char *frame_name(const char *pattern, int frame) {
-    size_t begin, length;
-    int digits;
-    if (!find_place(pattern, &begin, &length, &digits)) return NULL;
-    size_t room = strlen(pattern) + 32;
-    char *name = malloc(room);
-    if (name)
-        snprintf(name, room, "%.*s%0*d%s", (int)begin, pattern, digits, frame, pattern + begin + length);
-    return name;
-}
-
 /* Every name of a file in the options, and whether it must have a place for the number. */
 static const struct Name {
     size_t at;
@@ -93,7 +61,7 @@ static cau_result check_names(const cau_merge_options *o, CauError *err) {
     for (int i = 0; i < NAMES; i++) {
         const char *name;
         memcpy(&name, (const char *)o + names[i].at, sizeof name);
-        if (name && names[i].needed && !find_place(name, &begin, &length, &digits))
+        if (name && names[i].needed && !frame_place(name, &begin, &length, &digits))
             return error_set(err, CAU_ERROR_USAGE,
                 "a sequence needs #### or %%04d in every name of a picture: \"%s\" has none", name);
     }
@@ -128,7 +96,7 @@ static cau_result prepare(const Sequence *s, Frame *f) {
         size_t begin, length;
         int digits;
         memcpy(&name, (const char *)s->options + names[i].at, sizeof name);
-        if (!name || !find_place(name, &begin, &length, &digits)) continue;
+        if (!name || !frame_place(name, &begin, &length, &digits)) continue;
         f->names[i] = frame_name(name, f->number);
         if (!f->names[i]) return error_set(&f->err, CAU_ERROR_RESOURCE, "out of memory for a name");
         memcpy((char *)&f->options + names[i].at, &f->names[i], sizeof name);

@@ -83,7 +83,7 @@ static cau_result read_shard(Join *j, size_t i, const char *file) {
 static bool may_differ(const char *name) {
     static const char *const names[] = {CAU_ATTRIBUTE_SEED, CAU_ATTRIBUTE_SHARD, CAU_ATTRIBUTE_PHOTONS,
         CAU_ATTRIBUTE_ERROR, CAU_ATTRIBUTE_REPAIRED_NAN, CAU_ATTRIBUTE_CLAMPED, CAU_ATTRIBUTE_COMPLETE,
-        "caustics/repairs"};
+        CAU_ATTRIBUTE_STAMP, "caustics/repairs"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (strcmp(name, names[i]) == 0) return true;
     return false;

@@ -4,6 +4,7 @@
 #include "caustics/render_file.h"
 #include "caustics/scene_file.h"
 #include "core/file_atomic.h"
+#include "core/frames.h"
 #include "render/render_options.h"
 
 #include <inttypes.h>
@@ -13,11 +14,12 @@
 #include <string.h>
 #include <unistd.h>
 
-/* The one thing a signal handler can reach. */
+/* All that a signal handler can reach. */
 static cau_render *volatile running_render;
+static volatile sig_atomic_t stopped;
 
 static void on_signal(int number) {
-    (void)number;
+    stopped = number;
     cau_render *r = running_render;
     if (r) cau_render_cancel(r);
 }
@@ -28,6 +30,7 @@ static void catch_signals(cau_render *render) {
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
+    if (stopped) cau_render_cancel(render); /* between two frames */
 }
 
 static void format_seconds(char *out, size_t size, double s) {
@@ -101,17 +104,22 @@ static char *incomplete_name(const char *path) {
     return name;
 }
 
-static cau_result write_result(
-    cau_render *render, cau_scene *scene, const RenderArguments *a, bool complete) {
-    cau_write_options options = {.size = sizeof options,
+static cau_write_options write_options(const RenderArguments *a) {
+    return (cau_write_options){.size = sizeof(cau_write_options),
         .half = a->half,
         .interleave = a->interleave,
         .crop = a->crop,
-        .complete = complete,
         .shard_index = a->options.shard_index,
         .shard_count = a->options.shard_count,
-        .seed = a->options.seed,
-        .photons = cau_render_poll(render).photons_per_light};
+        .stamp = a->frames != NULL,
+        .seed = a->options.seed};
+}
+
+static cau_result write_result(
+    cau_render *render, cau_scene *scene, const RenderArguments *a, bool complete) {
+    cau_write_options options = write_options(a);
+    options.complete = complete;
+    options.photons = cau_render_poll(render).photons_per_light;
     char *path = complete ? strdup(a->output) : incomplete_name(a->output);
     if (!path) return CAU_ERROR_RESOURCE;
     cau_result result = cau_render_write(render, scene, path, &options);
@@ -157,7 +165,7 @@ static cau_result check_output(const RenderArguments *a) {
 /* What an earlier run, or other machines, have rendered already. */
 static cau_result take_states(cau_scene *scene, cau_render *render, const RenderArguments *a) {
     for (size_t i = 0; i < a->joined_count; i++) CAU_TRY(cau_render_join_file(render, scene, a->joined[i]));
-    if (!a->resume) return CAU_OK;
+    if (!a->resume || !a->checkpoint) return CAU_OK;
     if (access(a->checkpoint, F_OK) == 0) return cau_render_load_file(render, scene, a->checkpoint);
     if (!a->quiet) fprintf(stderr, "note: there is no %s yet: the render starts anew\n", a->checkpoint);
     return CAU_OK;
@@ -167,6 +175,11 @@ static cau_result render_scene(Run *run) {
     const RenderArguments *a = run->arguments;
     cau_scene *scene = run->scene;
     cau_render *render = run->render;
+    cau_write_options options = write_options(a);
+    if (a->frames && a->resume && cau_render_is_written(render, a->output, &options)) {
+        if (!a->quiet) fprintf(stderr, "%s is done already\n", a->output);
+        return CAU_OK;
+    }
     show_warnings(render, a);
     show_mapped_names(render, scene, a);
     if (a->explain) {
@@ -190,21 +203,16 @@ static cau_result render_scene(Run *run) {
     return written != CAU_OK ? written : result;
 }
 
-int main(int argc, char **argv) {
-    RenderArguments arguments;
-    int code = render_arguments_parse(argc, argv, &arguments);
-    if (code >= 0) return code;
-    cau_result writable = check_output(&arguments);
-    if (writable != CAU_OK) return cau_exit_code(writable);
+static cau_result render_file(const RenderArguments *a) {
     cau_context *context = NULL;
     cau_scene *scene = NULL;
     cau_render *render = NULL;
     cau_result result = cau_context_create(&context);
-    if (result == CAU_OK) result = cau_scene_load_file(context, arguments.scene, &scene);
-    if (result == CAU_OK) result = cau_render_create(scene, &arguments.options, &render);
+    if (result == CAU_OK) result = cau_scene_load_file(context, a->scene, &scene);
+    if (result == CAU_OK) result = cau_render_create(scene, &a->options, &render);
     if (result == CAU_OK) {
         catch_signals(render);
-        Run run = {.arguments = &arguments, .context = context, .scene = scene, .render = render};
+        Run run = {.arguments = a, .context = context, .scene = scene, .render = render};
         result = render_scene(&run);
         running_render = NULL;
     }
@@ -213,5 +221,49 @@ int main(int argc, char **argv) {
     cau_render_destroy(&render);
     cau_scene_destroy(&scene);
     cau_context_destroy(&context);
+    return result;
+}
+
+static cau_result render_frame(const RenderArguments *a, int frame) {
+    RenderArguments one = *a;
+    const char **names[] = {&one.scene, &one.output, &one.report, &one.checkpoint};
+    enum { NAMES = sizeof names / sizeof *names };
+    char *made[NAMES] = {0};
+    cau_result result = CAU_OK;
+    for (size_t i = 0; i < NAMES; i++) {
+        size_t begin, length;
+        int digits;
+        if (!*names[i] || !frame_place(*names[i], &begin, &length, &digits)) continue;
+        made[i] = frame_name(*names[i], frame);
+        if (!made[i]) result = CAU_ERROR_RESOURCE;
+        *names[i] = made[i];
+    }
+    if (result == CAU_OK) result = check_output(&one);
+    if (result == CAU_OK) result = render_file(&one);
+    for (size_t i = 0; i < NAMES; i++) free(made[i]);
+    return result;
+}
+
+/* A frame whose scene is missing or broken is told and the others are rendered; a full disk or an interrupt
+ * ends the run. */
+static cau_result render_frames(const RenderArguments *a) {
+    cau_result worst = CAU_OK;
+    for (int frame = a->first; frame <= a->last; frame += a->step) {
+        cau_result result = render_frame(a, frame);
+        if (result == CAU_OK) continue;
+        if (result == CAU_ERROR_CANCELLED || result == CAU_ERROR_RESOURCE) return result;
+        worst = result;
+        fprintf(stderr, "caustic-render: frame %d failed\n", frame);
+    }
+    return worst;
+}
+
+int main(int argc, char **argv) {
+    RenderArguments arguments;
+    int code = render_arguments_parse(argc, argv, &arguments);
+    if (code >= 0) return code;
+    if (arguments.frames) return cau_exit_code(render_frames(&arguments));
+    cau_result result = check_output(&arguments);
+    if (result == CAU_OK) result = render_file(&arguments);
     return cau_exit_code(result);
 }

@@ -12,7 +12,9 @@ typedef struct RenderArguments {
     const char *scene, *output, *report, *checkpoint;
     const char *const *joined; /**< state files of shards, see --join */
     size_t joined_count;
-    double checkpoint_s; /**< between two checkpoints */
+    const char *frames;    /**< a range, see core/frames.h; NULL: one picture */
+    int first, last, step; /**< what it says */
+    double checkpoint_s;   /**< between two checkpoints */
     cau_render_options options;
     bool half, interleave, crop, explain, quiet, progress, resume;
 } RenderArguments;

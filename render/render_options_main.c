@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/render_options.h"
 
+#include "core/frames.h"
 #include "core/nearest.h"
 
 #include <ctype.h>
@@ -36,6 +37,7 @@ static const char help_text[] =
     "  --crop                 data window = region\n"
     "  --memory SIZE          budget, e.g. 512M, 4G [2G]\n"
     "  --physical             scale radiance by n^2 as in nature, not as Cycles\n"
+    "  --frames A-B[xS]       a picture per frame; #### or %04d in the names\n"
     "  --checkpoint FILE      keep the render's state there, so that a kill loses little\n"
     "  --checkpoint-every S   seconds between two [60]\n"
     "  --resume               go on from the checkpoint, if there is one: same bytes\n"
@@ -197,9 +199,18 @@ static int parse_files(const char *option, const char *value, RenderArguments *a
     return -2;
 }
 
+static int parse_frames(const char *value, RenderArguments *a) {
+    CauError error = {0};
+    a->frames = value;
+    if (frames_parse(value ? value : "", &a->first, &a->last, &a->step, &error) == CAU_OK) return -1;
+    fprintf(stderr, "caustic-render: %s\n", error.text);
+    return EXIT_USAGE;
+}
+
 static int parse_shard(const char *option, const char *value, RenderArguments *a) {
     if (strcmp(option, "--checkpoint-every") == 0)
         return parse_double(value, 0, &a->checkpoint_s) ? -1 : usage_error(option, value, "seconds");
+    if (strcmp(option, "--frames") == 0) return parse_frames(value, a);
     if (strcmp(option, "--shard") != 0) return -2;
     int shard[2] = {0, 0};
     bool ok = parse_ints(value, "/", shard, 2) && shard[0] >= 1 && shard[0] <= shard[1] &&
@@ -280,18 +291,32 @@ static int parse_flag(const char *option, RenderArguments *a) {
 }
 
 static int unknown_option(const char *option) {
-    static const char *const later[] = {"--frames"};
-    for (size_t i = 0; i < sizeof later / sizeof *later; i++)
-        if (strcmp(option, later[i]) == 0) {
-            fprintf(stderr, "caustic-render: not yet supported: %s; leave it out\n", option);
-            return 1;
-        }
     static const char *const known[] = {"-o", "--photons", "--time", "--error", "--seed", "--threads",
         "--resolution", "--region", "--estimator", "--effects", "--layers", "--type", "--interleave",
         "--crop", "--memory", "--physical", "--explain", "--report", "--progress", "--quiet", "--version",
-        "--help", "--checkpoint", "--checkpoint-every", "--resume", "--shard", "--join"};
+        "--help", "--checkpoint", "--checkpoint-every", "--resume", "--frames", "--shard", "--join"};
     fprintf(stderr, "caustic-render: unknown option \"%s\"; did you mean \"%s\"?\n", option,
         known[nearest_name(option, known, sizeof known / sizeof *known)]);
+    return EXIT_USAGE;
+}
+
+/* One place for the number is needed in whatever is written; without one in the scene's name it stands still.
+ */
+static int check_frames(const RenderArguments *a) {
+    const char *names[] = {a->output, a->report, a->checkpoint};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        size_t begin, length;
+        int digits;
+        if (!names[i] || frame_place(names[i], &begin, &length, &digits)) continue;
+        fprintf(stderr,
+            "caustic-render: --frames needs #### or %%04d in the name of each file that is written: \"%s\" "
+            "has "
+            "none\n",
+            names[i]);
+        return EXIT_USAGE;
+    }
+    if (a->output && !a->joined) return -1;
+    fprintf(stderr, "caustic-render: --frames needs -o OUT.####.exr, and goes without --join\n");
     return EXIT_USAGE;
 }
 
@@ -307,7 +332,11 @@ static int check(RenderArguments *a, bool photons_given) {
         fprintf(stderr, "caustic-render: no output given; name one with -o OUT.exr\n");
         return EXIT_USAGE;
     }
-    if (a->resume && !a->checkpoint) {
+    if (a->frames) {
+        int code = check_frames(a);
+        if (code >= 0) return code;
+    }
+    if (a->resume && !a->checkpoint && !a->frames) {
         fprintf(stderr,
             "caustic-render: --resume needs the file to go on from; name it with --checkpoint FILE\n");
         return EXIT_USAGE;

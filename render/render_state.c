@@ -82,10 +82,9 @@ static uint64_t checksum_add(uint64_t sum, const void *bytes, size_t size) {
 
 /* What settles the bytes of a render, one field a line; the shard stands last. Limits by time and error are
  * not among them, nor is the number of threads. */
-static void identity_write(const cau_render *r, char out[IDENTITY_MAX]) {
+static void identity_write(const cau_render *r, const char *plan, char out[IDENTITY_MAX]) {
     static const char *const estimators[] = {"auto", "P", "R", "W"}, *const effects[] = {"auto", "on", "off"};
     const cau_render_options *o = &r->options;
-    const char *plan = cau_render_explain(r);
     snprintf(out, IDENTITY_MAX,
         "version=%s\ncompiler=%s\nscene hash=%016" PRIx64 "\nseed=%" PRIu64 "\nphotons=%" PRIu64
         "\nresolution=%dx%d\nregion=%d,%d,%d,%d\nestimator=%s\nlayers=%x\nindirect effects=%s\n"
@@ -94,6 +93,13 @@ static void identity_write(const cau_render *r, char out[IDENTITY_MAX]) {
         r->scene.camera.height, r->region[0], r->region[1], r->region[2], r->region[3],
         estimators[o->estimator & 3], o->layers, effects[o->indirect % 3], o->physical_radiance,
         o->memory_bytes, checksum_add(0, plan, strlen(plan)), o->shard_index, o->shard_count);
+}
+
+uint64_t cau_render_stamp(const cau_render *r) {
+    char identity[IDENTITY_MAX];
+    identity_write(r, "", identity); /* it may have no plan yet, and the rest settles the plan */
+    double limits[2] = {r->options.time_s, r->options.error};
+    return checksum_add(checksum_add(0, identity, strlen(identity)), limits, sizeof limits);
 }
 
 /* ---- writing ---- */
@@ -118,7 +124,7 @@ static cau_result put_item(void *data, const StateItem *item) {
 
 static cau_result save(cau_render *r, Writer *w) {
     char identity[IDENTITY_MAX];
-    identity_write(r, identity);
+    identity_write(r, cau_render_explain(r), identity);
     uint64_t head[2] = {STATE_BYTE_ORDER, strlen(identity)};
     CAU_TRY(put(w, state_magic, sizeof state_magic));
     CAU_TRY(put(w, head, sizeof head));
@@ -270,7 +276,7 @@ static cau_result read_head(Reader *in, unsigned shard[2]) {
     if (head[0] != STATE_BYTE_ORDER) return damaged(in, "its byte order is not this machine's");
     if (head[1] > IDENTITY_MAX) return damaged(in, "its description is too long");
     CAU_TRY(get(in, theirs, (size_t)head[1]));
-    identity_write(in->render, ours);
+    identity_write(in->render, cau_render_explain(in->render), ours);
     return identity_compare(in, theirs, ours, shard);
 }
 

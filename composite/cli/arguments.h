@@ -32,7 +32,4 @@ void arguments_free(Arguments *arguments);
 /** At most 40 lines, an example first. */
 const char *arguments_help(void);
 
-/** "A-B" or "A-BxSTEP". */
-cau_result frames_parse(const char *text, int *first, int *last, int *step, CauError *err);
-
 #endif

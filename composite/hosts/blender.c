@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A Blender script: the shot as JSON, and blender_script.py, which builds it. */
 #include "composite/hosts/hosts.h"
+#include "core/frames.h"
 
 #include "composite/hosts/scripts.h"
 #include "core/checked.h"

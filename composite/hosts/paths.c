@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* File names: as they were recorded, as they can be opened, as a script says them. */
 #include "composite/hosts/hosts.h"
+#include "core/frames.h"
 
 #include "core/checked.h"
 

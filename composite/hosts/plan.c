@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From an output of `add`, or a caustics file, to what a script has to build. */
 #include "composite/hosts/hosts.h"
+#include "core/frames.h"
 
 #include "core/checked.h"
 

@@ -79,6 +79,10 @@ CAU_API void cau_render_cancel(cau_render *render);
 CAU_API cau_result cau_render_wait(cau_render *render, double interval_s,
     void (*report)(void *data, const cau_progress *progress), void *data);
 
+/** 64-bit hash of all that settles what a render gives: scene, options (all but the threads), version,
+ * compiler. */
+CAU_API uint64_t cau_render_stamp(const cau_render *render);
+
 /** Takes `size` bytes of a state; 0: taken, else the saving fails. */
 typedef int (*cau_state_write)(void *data, const void *bytes, size_t size);
 /** Gives the next `size` bytes of a state, all of them; 0: given, else the state is taken as cut off. */

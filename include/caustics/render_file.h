@@ -18,12 +18,19 @@ typedef struct cau_write_options {
     int complete;                      /**< 0: marked as incomplete */
     uint64_t seed, photons;            /**< for the header */
     unsigned shard_index, shard_count; /**< for the header; both 0: no shard */
+    int stamp; /**< 1: the header says what made the file (CAU_ATTRIBUTE_STAMP), for cau_render_is_written()
+                */
 } cau_write_options;
 
 /** Writes all layers of an ended render to `path`, atomically: part 0 is the sum of all direct and indirect
  *  radiance layers. A beauty layer is written as channels R, G, B alone. */
 CAU_API cau_result cau_render_write(
     cau_render *render, cau_scene *scene, const char *path, const cau_write_options *options);
+
+/** Is `path` what this render would write with these options: whole, and with their stamp? A render need not
+ * be started to know. */
+CAU_API int cau_render_is_written(
+    const cau_render *render, const char *path, const cau_write_options *options);
 
 /** The layer name of light or group `index` (0 .. cau_render_light_count() - 1), e.g. "caustics_key"; `out`
  * has room for `size` bytes (32 are enough). *mapped becomes 1 when it is not simply "caustics_" + the

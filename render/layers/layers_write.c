@@ -2,6 +2,7 @@
 /* The last stage: names, metadata, channels -> EXR (DESIGN section 8). */
 #include "caustics/render_file.h"
 #include "core/checked.h"
+#include "image/exr_reader.h"
 #include "image/exr_write.h"
 #include "image/layer_names.h"
 #include "render/scene/scene.h"
@@ -9,11 +10,12 @@
 #include <inttypes.h>
 #include <jansson.h>
 #include <stdio.h>
+#include <unistd.h>
 
 /* The last digits of a figure depend on the order in which shards were joined. */
 enum { FIGURE_DIGITS = 9 };
 
-enum { LAYER_NAME_BYTES = 40, ATTRIBUTES_MAX = 16 };
+enum { LAYER_NAME_BYTES = 40, ATTRIBUTES_MAX = 16, STAMP_BYTES = 24 };
 
 typedef struct Out {
     cau_render *render;
@@ -141,9 +143,32 @@ static char *json_text(json_t *json) {
     return text;
 }
 
+/* What is rendered, and how it is stored. */
+static void make_stamp(const cau_render *render, const cau_write_options *o, char out[STAMP_BYTES]) {
+    snprintf(out, STAMP_BYTES, "%016" PRIx64 "%d%d%d", cau_render_stamp(render), o->half != 0,
+        o->interleave != 0, o->crop != 0);
+}
+
+int cau_render_is_written(const cau_render *render, const char *path, const cau_write_options *options) {
+    ExrReader *reader = NULL;
+    CauError unused = {0};
+    if (access(path, R_OK) != 0 || exr_reader_open(&reader, path, &unused) != CAU_OK) return 0;
+    const ExrPart *part = &exr_reader_header(reader)->parts[0];
+    char wanted[STAMP_BYTES], *found = exr_attr_text(exr_attr_find(part, CAU_ATTRIBUTE_STAMP));
+    int32_t complete = 0;
+    make_stamp(render, options, wanted);
+    exr_attr_int32(exr_attr_find(part, CAU_ATTRIBUTE_COMPLETE), &complete);
+    bool written = complete && found && strcmp(found, wanted) == 0;
+    free(found);
+    exr_reader_close(&reader);
+    return written;
+}
+
 static cau_result write_file(Out *o, const char *path) {
     char hash[20], seed[24], photons[24], shard[24];
     size_t known = offsetof(cau_write_options, shard_index);
+    char stamp[STAMP_BYTES];
+    bool stamped = o->options->size > offsetof(cau_write_options, stamp) && o->options->stamp;
     bool is_shard = o->options->size > known && o->options->shard_count;
     snprintf(hash, sizeof hash, "%016" PRIx64, cau_scene_hash(o->scene));
     snprintf(seed, sizeof seed, "%" PRIu64, o->options->seed);
@@ -151,7 +176,7 @@ static cau_result write_file(Out *o, const char *path) {
     if (is_shard) snprintf(shard, sizeof shard, "%u/%u", o->options->shard_index, o->options->shard_count);
     char *list = layer_list_encode(&o->list), *errors = json_text(errors_json(o)),
          *repairs = json_text(repairs_json(o));
-    const ExrAttribute attributes[] = {
+    ExrAttribute attributes[ATTRIBUTES_MAX] = {
         {.name = CAU_ATTRIBUTE_LAYERS, .kind = EXR_STRING, .text = list ? list : "[]"},
         {.name = CAU_ATTRIBUTE_COMPLETE, .kind = EXR_INT, .integer = o->options->complete},
         {.name = "caustics/version", .kind = EXR_STRING, .text = cau_version()},
@@ -161,10 +186,13 @@ static cau_result write_file(Out *o, const char *path) {
         {.name = "caustics/plan", .kind = EXR_STRING, .text = cau_render_explain(o->render)},
         {.name = "caustics/error", .kind = EXR_STRING, .text = errors ? errors : "{}"},
         {.name = "caustics/repairs", .kind = EXR_STRING, .text = repairs ? repairs : "{}"},
-        {.name = CAU_ATTRIBUTE_SHARD,
-            .kind = EXR_STRING,
-            .text = is_shard ? shard : ""}, /* left out of a whole */
     };
+    size_t count = 9;
+    if (is_shard)
+        attributes[count++] = (ExrAttribute){.name = CAU_ATTRIBUTE_SHARD, .kind = EXR_STRING, .text = shard};
+    make_stamp(o->render, o->options, stamp);
+    if (stamped)
+        attributes[count++] = (ExrAttribute){.name = CAU_ATTRIBUTE_STAMP, .kind = EXR_STRING, .text = stamp};
     bool alone = o->layer_count == 1 && cau_render_layer(o->render, 0).kind == CAU_LAYER_BEAUTY;
     ExrPicture picture = {.width = o->width,
         .height = o->height,
@@ -179,7 +207,7 @@ static cau_result write_file(Out *o, const char *path) {
         .layers = o->layers,
         .layer_count = alone ? 1 : o->layer_count + 1,
         .attributes = attributes,
-        .attribute_count = sizeof attributes / sizeof *attributes - (is_shard ? 0 : 1)};
+        .attribute_count = count};
     cau_result result = exr_write(path, &picture, NULL, o->err);
     free(list);
     free(errors);

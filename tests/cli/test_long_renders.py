@@ -208,6 +208,43 @@ class LongRenders(unittest.TestCase):
         self.refused(1, *what[:-2], "W", "--quiet", "-o", self.out, "--join", *names, says=["estimator", "P", "W"])
         self.assertFalse(os.path.exists(self.out))
 
+    def test_frames(self):
+        """Each frame has the bytes it would have alone; broken ones are told, the others are done; --resume skips by content."""
+        with open(BALL) as f:
+            scene = json.load(f)
+        for frame in (1, 3, 5):
+            scene["lights"][0]["strength"] = frame
+            self.write_scene(f"shot.{frame:04d}.json", scene)
+        shot, out = os.path.join(self.scenes.name, "shot.####.json"), os.path.join(self.folder.name, "out.%04d.exr")
+        what = ["--photons", "9000", "--estimator", "P", *SMALL]
+        self.good(shot, *what, "-o", out, "--frames", "1-5x2", "--report", os.path.join(self.folder.name, "r.####.json"))
+        self.assertEqual(sorted(os.listdir(self.folder.name)),
+                         [f"out.{i:04d}.exr" for i in (1, 3, 5)] + [f"r.{i:04d}.json" for i in (1, 3, 5)])
+        written = {i: content(out % i) for i in (1, 3, 5)}
+        self.assertEqual(len(set(written.values())), 3)
+        scene["lights"][0]["strength"] = 3
+        alone = self.write_scene("alone.json", scene)
+        self.good(alone, *what, "-o", out, "--frames", "3", "--threads", "2")
+        self.assertEqual(content(out % 3), written[3])
+        # Frame 2 is missing, 4 is broken, 1 is done, 3 is of other contents, 5 was stopped.
+        with open(os.path.join(self.scenes.name, "shot.0004.json"), "w") as f:
+            f.write("{")
+        scene["lights"][0]["strength"] = 7
+        self.write_scene("shot.0003.json", scene)
+        os.unlink(out % 5)
+        before = {i: os.stat(out % i).st_mtime_ns for i in (1, 3)}
+        p = run(shot, *what, "-o", out, "--frames", "1-5", "--resume")
+        self.assertEqual(p.returncode, 1, p.stderr)
+        for says in ("frame 2 failed", "frame 4 failed", "shot.0002.json", "shot.0004.json"):
+            self.assertIn(says, p.stderr)
+        self.assertEqual(os.stat(out % 1).st_mtime_ns, before[1])
+        self.assertNotEqual(os.stat(out % 3).st_mtime_ns, before[3])
+        self.assertEqual(content(out % 5), written[5])
+        self.good(shot, *what, "-o", out, "--frames", "1", "--resume", "--seed", "5")
+        self.assertNotEqual(content(out % 1), written[1])
+        self.good(BALL, *what, "-o", out, "--frames", "8-9")  # a scene that stands still
+        self.assertEqual(content(out % 8), content(out % 9))
+
     def test_usage(self):
         for arguments, says in [
                 (["--resume", "-o", self.out], "--checkpoint"), (["--shard", "0/2", "-o", self.out], "--shard"),
@@ -215,6 +252,7 @@ class LongRenders(unittest.TestCase):
                 (["--shard", "1/2", "--time", "3", "-o", self.out], "photons alone"), (["-o", self.out, "--join"], "--join"),
                 (["--shard", "1/9", "--photons", "9000", "-o", self.out], "8 passes"), (["--checkpoint", self.state], "-o"),
                 (["--checkpoint", "-", "-o", self.out], "--checkpoint"), (["--shard", "1/2"], "-o"),
+                (["-o", self.out, "--frames", "1-3"], "####"), (["-o", self.out + "####", "--frames", "3-1"], "--frames"),
                 (["-o", self.out, "--checkpoint", self.state, "--join", self.state], "--join"),
                 (["-o", self.out, "--checkpoint", self.state, "--checkpoint-every", "-1"], "--checkpoint-every")]:
             with self.subTest(arguments=arguments):
