@@ -5,6 +5,7 @@
 #   bench/speed/run.sh shares [SCENE...]       smooth, rough, indirect: share of the dropped light, seconds to 5 %
 #   bench/speed/run.sh memory [SCENE]          peak memory against picture size
 #   bench/speed/run.sh ball [RAYS...]          error against seconds at a glass ball's exact caustic, W beside P
+#   bench/speed/run.sh scaling [PART...]       threads, triangles, lights, photons: seconds and memory
 # BUILD names the build folder [build-bench]. On two cores a minute, shares ten.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -37,12 +38,16 @@ memory)
   make caustic-render
   CAUSTIC_RENDER="$build/bin/caustic-render" /usr/bin/python3 bench/speed/memory.py "$@"
   ;;
+scaling)
+  make caustic-render
+  CAUSTIC_RENDER="$build/bin/caustic-render" PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 bench/speed/scaling.py "$@"
+  ;;
 ball)
   make caustic-render
   CAUSTIC_RENDER="$build/bin/caustic-render" PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 bench/speed/ball.py "$@"
   ;;
 *)
-  sed -n '3,8s/^# \{0,1\}//p' "$0"
+  sed -n '3,9s/^# \{0,1\}//p' "$0"
   exit 2
   ;;
 esac
