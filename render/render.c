@@ -197,6 +197,8 @@ cau_result cau_render_create(cau_scene *scene, const cau_render_options *options
 static void group_free(RenderGroup *g) {
     film_free(&g->films[0]);
     film_free(&g->films[1]);
+    bandwidth_free(&g->kernels[0]);
+    bandwidth_free(&g->kernels[1]);
     film_free(g->seen);
     film_free(g->irradiance);
     film_free(g->coverage);
@@ -252,7 +254,7 @@ static cau_result make_films(cau_render *r, CauError *err) {
         CAU_TRY(film_create(g->irradiance, pixels, 3, err));
         CAU_TRY(film_create(g->coverage, pixels, 1, err));
     }
-    return CAU_OK;
+    return reference ? CAU_OK : render_make_kernels(r, err);
 }
 
 /* What estimator W needs, when any light calls for it. */

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
- *  The state of a render, shared by render.c (API and thread), render_passes.c and render_probe.c. Only these
- *  three carry a value from one pass to the next. */
+ *  The state of a render, shared by render.c (API and thread), render_passes.c, render_kernels.c and
+ *  render_probe.c. Only these carry a value from one pass to the next. */
 #ifndef RENDER_RENDER_INTERNAL_H
 #define RENDER_RENDER_INTERNAL_H
 
 #include "caustics/render.h"
 #include "render/analyse/plan.h"
 #include "render/emit/emit.h"
+#include "render/film/bandwidth.h"
 #include "render/film/film.h"
-#include "render/gather/photon_gather.h"
 #include "render/gather/reference.h"
 #include "render/gather/wave/wave.h"
 
@@ -25,7 +25,8 @@ typedef struct RenderGroup {
     bool direct, indirect;                    /**< rendered? */
     Film films[2];                            /**< [0] direct, [1] indirect; radiance */
     Film seen[1], irradiance[1], coverage[1]; /**< direct only, when asked for */
-    double radius_scale[2];                   /**< of the kernels, from the density that the first pass met */
+    double radius_scale[2];                   /**< mean radius that was learned; 0: not yet */
+    Bandwidth kernels[2];                     /**< of estimator P's; what they say about their bias */
     FluxAccount accounts[2],
         bent[2];              /**< sums over passes, see photons.h; photons of lamps, of bent normals */
     FluxAccount wave_account; /**< of estimator W */
@@ -88,6 +89,9 @@ cau_result render_check_joined(const cau_render *r, CauError *err);
 
 /** Anything to render? */
 bool render_has_layers(const cau_render *r);
+
+/** Makes what films hold of estimator P's kernels. */
+cau_result render_make_kernels(cau_render *r, CauError *err);
 
 /** Renders passes until a limit is met or it is cancelled. */
 cau_result render_passes(cau_render *r, CauError *err);

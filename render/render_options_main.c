@@ -23,14 +23,14 @@ static const char help_text[] =
     "  -o FILE                where the layers go; written beside and renamed when whole\n"
     "  --photons N            photons per light [4000000]; with -e R, camera paths\n"
     "  --time S               stop after S seconds\n"
-    "  --error E              stop when the noise (RMSE / RMS of the layers) is E\n"
+    "  --error E              stop when the error (RMSE / RMS of the layers) is E\n"
     "  --seed K               another set of random numbers [0]\n"
     "  --threads T            [one per processor]; the bytes do not depend on it\n"
     "  --resolution WxH       instead of the scene's\n"
     "  --region X0,Y0,X1,Y1   only these pixels, ends exclusive\n"
     "  --estimator auto|W|P|R wavefronts, photons, or the unbiased reference [auto]\n"
     "  --effects LIST         direct,indirect [automatic]: what to compute\n"
-    "  --layers LIST          radiance,indirect,irradiance,error; beauty with R:\n"
+    "  --layers LIST          radiance,indirect,irradiance,error,bias; beauty with R:\n"
     "                         what Cycles renders with caustics off\n"
     "  --type float|half      of the channels [float]\n"
     "  --interleave           all layers in one part\n"
@@ -161,14 +161,10 @@ static int parse_effects(const char *value, RenderArguments *a) {
 }
 
 static int parse_layers(const char *value, RenderArguments *a) {
-    if (value && strstr(value, "bias")) {
-        fprintf(
-            stderr, "caustic-render: not yet supported: the bias layers; leave \"bias\" out of --layers\n");
-        return 1;
-    }
     static const Word words[] = {{"radiance", CAU_WANT_RADIANCE}, {"indirect", CAU_WANT_INDIRECT},
-        {"irradiance", CAU_WANT_IRRADIANCE}, {"error", CAU_WANT_ERROR}, {"beauty", CAU_WANT_BEAUTY}};
-    a->options.layers = parse_words("--layers", value, words, 5);
+        {"irradiance", CAU_WANT_IRRADIANCE}, {"error", CAU_WANT_ERROR}, {"bias", CAU_WANT_BIAS},
+        {"beauty", CAU_WANT_BEAUTY}};
+    a->options.layers = parse_words("--layers", value, words, 6);
     if (!a->options.layers) return EXIT_USAGE;
     if (!(a->options.layers & CAU_WANT_BEAUTY)) a->options.layers |= CAU_WANT_RADIANCE;
     return -1;

@@ -1,21 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The passes: each is one independent replica of the whole picture. */
-#include "render/render_internal.h"
+#include "render/render_pass_state.h"
 
 #include "core/checked.h"
 #include "core/rng.h"
 
-/* Kernel radius of the first 131072 photons in pixel footprints; it shrinks with the photons so far to the
- * power of -(1 - alpha) / 2 with alpha = 2/3 (Knaus and Zwicker 2011), without a floor. */
-#define RADIUS_DIRECT 2.0
-#define RADIUS_INDIRECT 6.0
+/* A learned radius is that of 131072 photons; it shrinks with the photons so far to the power of -(1 - alpha)
+ * / 2 with alpha = 2/3 (Knaus and Zwicker 2011), without a floor. */
 #define RADIUS_EXPONENT (-1.0 / 6)
 #define RADIUS_PHOTONS 131072.0
-/* Photons that a kernel should meet on average, and how far it may shrink at once to meet no more. */
-#define KERNEL_PHOTONS 48.0
-#define RADIUS_SCALE_MIN 0.125
-/* Indirect light is smooth: where few photons come, its kernels start wider. */
-#define RADIUS_SCALE_INDIRECT 2.0
+/* Of estimator W's photons. */
+#define RADIUS_WAVE 2.0
+/* Of the eye paths, that kernels are tried on. */
+#define TRIAL_SHARE 0.25
 /* Share of an indirect run's photons that start towards any surface; the others start towards the casters. */
 #define INDIRECT_SHARE 0.5
 
@@ -28,24 +25,9 @@ enum { EYE_SAMPLES_MAX = 16, EYE_SAMPLES_BUSY = 32 };
 #define WAVE_PLACES 0.03
 #define WAVE_PASSES 8.0
 
-typedef struct PassState {
-    cau_render *r;
-    EyePoints points;
-    SupportRows supports[2];
-    double wave_radius;       /* of estimator W's photons in this pass, in footprints */
-    double support_radius[2]; /* for which they were found in this pass */
-    DepositList deposits;
-    PhotonTree tree;
-    PassImages images;
-    ReferenceImages reference;
-    double *reference_block;
-    uint64_t key;
-    uint64_t passes_before; /* that the render has gone on from */
-} PassState;
-
-static size_t picture_values(const cau_render *r) {
-    return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
-}
+/* Powers of the passes with which an error may fall. */
+#define EXPONENT_MIN 0.2
+#define EXPONENT_MAX 0.6
 
 bool render_has_layers(const cau_render *r) {
     if (r->options.estimator == CAU_ESTIMATOR_R) return true;
@@ -59,7 +41,7 @@ bool render_has_layers(const cau_render *r) {
 static void images_clear(PassState *s) {
     size_t values = picture_values(s->r);
     memset(s->images.radiance, 0, values * sizeof(double));
-    memset(s->images.found, 0, (size_t)s->r->scene.camera.height * sizeof *s->images.found);
+    kernels_clear(s);
     if (s->images.seen) memset(s->images.seen, 0, values * sizeof(double));
     if (s->images.irradiance) memset(s->images.irradiance, 0, values * sizeof(double));
     if (s->images.coverage) memset(s->images.coverage, 0, values / 3 * sizeof(double));
@@ -121,30 +103,17 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
         CAU_TRY(photons_trace(&run, r->pool, &s->deposits, &group->accounts[kind], err));
     if (!kind && plan->wave) CAU_TRY(light_wave(s, l, plan, group, err));
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
-    return gather_photons(gather, &s->supports[kind], &s->tree, r->pool, &s->images, err);
+    if (!group->kernels[kind].tried && !s->images.add) CAU_TRY(kernels_try(s, group, kind, gather, err));
+    return gather_photons(gather, &s->supports, &s->tree, r->pool, &s->images, err);
 }
 
 static void add_to_films(PassState *s, RenderGroup *group, int kind) {
     film_add(&group->films[kind], s->images.radiance);
+    film_add(&group->kernels[kind].bias, s->kernels.bias);
     if (kind || !s->images.irradiance) return;
     film_add(group->seen, s->images.seen);
     film_add(group->irradiance, s->images.irradiance);
     film_add(group->coverage, s->images.coverage);
-}
-
-/* The first pass tells how dense the light lies: a kernel that meets hundreds of photons is wider, and costs
- * more, than the picture needs. Bytes of a group do not depend on other groups. */
-static void learn_radius(PassState *s, RenderGroup *group, int kind) {
-    if (group->radius_scale[kind] > 0) return;
-    const cau_render *r = s->r;
-    uint64_t found = 0, points = 0;
-    for (int y = r->region[1]; y < r->region[3]; y++) {
-        found += s->images.found[y];
-        points += s->points.rows[y].count;
-    }
-    double mean = points ? (double)found / (double)points : 0;
-    group->radius_scale[kind] =
-        mean > 0 ? clamp(sqrt(KERNEL_PHOTONS / mean), RADIUS_SCALE_MIN, kind ? RADIUS_SCALE_INDIRECT : 1) : 1;
 }
 
 static cau_result group_lights(PassState *s, size_t g, int kind, const GatherRun *gather, CauError *err) {
@@ -160,32 +129,32 @@ static cau_result group_lights(PassState *s, size_t g, int kind, const GatherRun
     return CAU_OK;
 }
 
-static cau_result group_pass(PassState *s, size_t g, int kind, double radius_pixels, CauError *err) {
+static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, CauError *err) {
     cau_render *r = s->r;
     RenderGroup *group = &r->groups[g];
-    double scale = group->radius_scale[kind] > 0 ? group->radius_scale[kind] : 1;
     GatherRun gather = {.scene = &r->scene,
         .trace = r->trace,
         .points = &s->points,
         .y0 = r->region[1],
         .y1 = r->region[3],
-        .radius_pixels = radius_pixels * scale,
+        .radius_pixels = shrink,
+        .radius = group->kernels[kind].radius,
         .cancel = &r->cancel};
-    if (s->support_radius[kind] != gather.radius_pixels) {
-        CAU_TRY(gather_supports(&gather, r->pool, &s->supports[kind], err));
-        s->support_radius[kind] = gather.radius_pixels;
-    }
+    if (group->kernels[kind].tried || kernels_follow_wave(r, g, kind))
+        CAU_TRY(gather_supports(&gather, r->pool, &s->supports, err));
     PassImages full = s->images;
     RenderGroup before = *group; /* a pass that is stopped leaves no trace in the accounts */
+    if (s->learning) {           /* nor does one that only teaches */
+        memset(group->accounts, 0, sizeof group->accounts);
+        memset(&group->wave_account, 0, sizeof group->wave_account);
+    }
     if (kind) s->images.seen = s->images.irradiance = s->images.coverage = NULL;
     cau_result result = group_lights(s, g, kind, &gather, err);
     s->images.coverage = kind ? NULL : full.coverage;
-    if (result == CAU_OK) {
-        add_to_films(s, group, kind);
-        learn_radius(s, group, kind);
-    } else {
-        *group = before;
-    }
+    bool tried = group->kernels[kind].tried || kernels_follow_wave(r, g, kind);
+    if (result != CAU_OK || s->learning) *group = before;
+    if (result == CAU_OK) kernels_settle(group, kind, tried);
+    if (result == CAU_OK && !s->learning) add_to_films(s, group, kind);
     s->images = full;
     return result;
 }
@@ -218,19 +187,19 @@ static cau_result photon_pass(PassState *s, CauError *err) {
         .y1 = r->region[3],
         .cancel = &r->cancel,
         .physical = r->options.physical_radiance};
+    EyeRun few = eye;
+    few.samples = (uint32_t)fmax(eye.samples ? 1 : 0, TRIAL_SHARE * eye.samples);
+    if (r->pass == 0) CAU_TRY(eye_trace(&few, r->pool, &s->trial_points, err));
     CAU_TRY(eye_trace(&eye, r->pool, &s->points, err));
     double photons = (double)(r->pass + 1) * r->photons_per_pass;
     double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
-    s->wave_radius = RADIUS_DIRECT * fmin(shrink, 1);
-    for (int kind = 0; kind < 2; kind++) {
-        s->support_radius[kind] = -1; /* new eye points */
-        double radius = (kind ? RADIUS_INDIRECT : RADIUS_DIRECT) * shrink;
+    s->wave_radius = RADIUS_WAVE * fmin(shrink, 1);
+    for (int kind = 0; kind < 2; kind++)
         for (size_t g = 0; g < r->group_count; g++)
             /* A render that was stopped within a pass goes on with those who lack it. */
             if ((kind ? r->groups[g].indirect : r->groups[g].direct) &&
-                r->groups[g].films[kind].passes == r->passes)
-                CAU_TRY(group_pass(s, g, kind, radius, err));
-    }
+                (s->learning || r->groups[g].films[kind].passes == r->passes))
+                CAU_TRY(group_pass(s, g, kind, shrink, err));
     return CAU_OK;
 }
 
@@ -301,11 +270,23 @@ static cau_result one_reference_pass(PassState *s, CauError *err) {
 
 /* ---- the loop ---- */
 
-/* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or with the replicas as N^-1/2 (W, R). */
-static double forecast_s(const PassState *s, double elapsed, double error) {
+/* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or with the replicas as N^-1/2 (W, R), unless the render
+ * so far tells better: from what it stated at half its passes or less. */
+static double exponent_so_far(PassState *s, double error) {
     const cau_render *r = s->r;
-    double best = INFINITY;
-    double exponent = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r) ? 2 : 3;
+    double expected = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r) ? 1.0 / 2 : 1.0 / 3;
+    double passes = (double)r->passes, ratio = s->past[0].passes > 0 ? passes / s->past[0].passes : 1;
+    double found = ratio >= 2 && error > 0 ? log(s->past[0].error / error) / log(ratio) : expected;
+    if (error > 0 && r->passes >= 4 && (s->past[1].passes == 0 || passes >= 2 * s->past[1].passes)) {
+        s->past[0] = s->past[1];
+        s->past[1] = (PastError){passes, error};
+    }
+    return clamp(found, EXPONENT_MIN, EXPONENT_MAX);
+}
+
+static double forecast_s(PassState *s, double elapsed, double error) {
+    const cau_render *r = s->r;
+    double best = INFINITY, exponent = 1 / exponent_so_far(s, error);
     uint64_t now = r->passes - s->passes_before;
     if (r->passes_share) best = elapsed * (double)(r->passes_share - r->passes) / (double)now;
     if (r->options.time_s > 0) best = fmin(best, r->options.time_s - elapsed);
@@ -316,7 +297,7 @@ static double forecast_s(const PassState *s, double elapsed, double error) {
 
 static bool all_passes(const cau_render *r) { return r->passes_wanted && r->passes >= r->passes_share; }
 
-static bool finished(const PassState *s, double *last_check_s) {
+static bool finished(PassState *s, double *last_check_s) {
     cau_render *r = s->r;
     double now = render_clock_s(), elapsed = now - r->started_s;
     if (all_passes(r)) return true;
@@ -334,26 +315,25 @@ static cau_result images_prepare(PassState *s, CauError *err) {
     cau_render *r = s->r;
     size_t values = picture_values(r);
     s->images.radiance = array_new(values, sizeof(double));
-    s->images.found = array_new((size_t)r->scene.camera.height, sizeof *s->images.found);
-    bool ok = s->images.radiance && s->images.found;
+    bool ok = s->images.radiance;
     if (r->options.layers & CAU_WANT_IRRADIANCE) {
         s->images.seen = array_new(values, sizeof(double));
         s->images.irradiance = array_new(values, sizeof(double));
         s->images.coverage = array_new(values / 3, sizeof(double));
         ok = ok && s->images.seen && s->images.irradiance && s->images.coverage;
     }
-    return ok ? CAU_OK
+    return ok ? kernels_prepare(s, err)
               : error_set(err, CAU_ERROR_RESOURCE, "out of memory for a pass of %zu pixels", values / 3);
 }
 
 static void state_free(PassState *s) {
     eye_points_free(&s->points);
-    support_rows_free(&s->supports[0]);
-    support_rows_free(&s->supports[1]);
+    eye_points_free(&s->trial_points);
+    support_rows_free(&s->supports);
     deposits_free(&s->deposits);
     photon_tree_free(&s->tree);
     free(s->images.radiance);
-    free(s->images.found);
+    kernels_free(s);
     free(s->images.seen);
     free(s->images.irradiance);
     free(s->images.coverage);
@@ -364,26 +344,25 @@ static void state_free(PassState *s) {
 static bool has_learnt(const cau_render *r) {
     for (size_t g = 0; g < r->group_count; g++)
         for (int kind = 0; kind < 2; kind++)
-            if ((kind ? r->groups[g].indirect : r->groups[g].direct) &&
-                !(r->groups[g].radius_scale[kind] > 0))
+            if ((kind ? r->groups[g].indirect : r->groups[g].direct) && !r->groups[g].kernels[kind].tried)
                 return false;
     return true;
 }
 
-/* A shard without the first pass makes it all the same, for what it teaches, and forgets what it shows. */
+static bool has_begun(const cau_render *r) {
+    for (size_t g = 0; g < r->group_count; g++)
+        if (r->groups[g].films[0].passes || r->groups[g].films[1].passes) return true;
+    return false;
+}
+
+/* A shard without the first pass, or a render that goes on, makes it all the same, for what it teaches. */
 static cau_result learn_from_first_pass(PassState *s, CauError *err) {
     cau_render *r = s->r;
-    if (r->options.shard_index < 2 || r->passes > 0 || has_learnt(r)) return CAU_OK;
+    if ((r->options.shard_index < 2 && !has_begun(r)) || has_learnt(r)) return CAU_OK;
     r->pass = 0;
+    s->learning = true;
     cau_result result = photon_pass(s, err);
-    for (size_t g = 0; g < r->group_count; g++) {
-        RenderGroup *group = &r->groups[g];
-        Film *films[] = {&group->films[0], &group->films[1], group->seen, group->irradiance, group->coverage};
-        for (size_t f = 0; f < sizeof films / sizeof *films; f++) film_clear(films[f]);
-        memset(group->accounts, 0, sizeof group->accounts);
-        memset(group->bent, 0, sizeof group->bent);
-        memset(&group->wave_account, 0, sizeof group->wave_account);
-    }
+    s->learning = false;
     return result;
 }
 

@@ -18,7 +18,6 @@ typedef struct Probe {
     size_t pixels;
     double *image;
     double **cycles;
-    uint64_t *found;
     EyePoints points;
     SupportRows supports;
     DepositList deposits;
@@ -37,8 +36,7 @@ static cau_result probe_prepare(Probe *p, cau_render *r, CauError *err) {
     p->pixels = (size_t)c->width * (size_t)c->height;
     p->image = array_new(p->pixels * 3, sizeof(double));
     p->cycles = array_new(r->scene.light_count, sizeof *p->cycles);
-    p->found = array_new((size_t)c->height, sizeof *p->found);
-    bool ok = p->image && p->cycles && p->found;
+    bool ok = p->image && p->cycles;
     for (size_t i = 0; ok && i < r->scene.light_count; i++)
         ok = (p->cycles[i] = array_new(p->pixels * 3, sizeof(double))) != NULL;
     return ok ? CAU_OK : error_set(err, CAU_ERROR_RESOURCE, "out of memory for the probes");
@@ -48,7 +46,6 @@ static void probe_free(Probe *p) {
     for (size_t i = 0; p->cycles && i < p->scene.light_count; i++) free(p->cycles[i]);
     free(p->cycles);
     free(p->image);
-    free(p->found);
     eye_points_free(&p->points);
     support_rows_free(&p->supports);
     deposits_free(&p->deposits);
@@ -104,7 +101,7 @@ static cau_result probe_layer(Probe *p, const GatherRun *gather, size_t light, P
         .cancel = &r->cancel};
     CAU_TRY(photons_trace(&run, r->pool, &p->deposits, &account, err));
     CAU_TRY(photon_tree_build(&p->tree, p->deposits.items, p->deposits.count, err));
-    PassImages out = {.radiance = p->image, .found = p->found};
+    PassImages out = {.radiance = p->image};
     CAU_TRY(gather_photons(gather, &p->supports, &p->tree, r->pool, &out, err));
     *mean = image_mean(p->image, p->pixels);
     *deposits += p->deposits.count;

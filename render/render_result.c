@@ -10,6 +10,7 @@ typedef struct LayerSource {
     cau_layer layer;
     const Film *film, *coverage;
     bool error;
+    const Bandwidth *bias; /* its size instead of the film's mean */
 } LayerSource;
 
 void cau_render_size(const cau_render *r, int *width, int *height) {
@@ -31,22 +32,27 @@ static bool walk_layers(const cau_render *r, size_t wanted, LayerSource *out, si
             found = true;                                                                                    \
         }                                                                                                    \
     } while (0)
-    if (r->options.layers & CAU_WANT_BEAUTY) ADD({"beauty", CAU_LAYER_BEAUTY, 0}, &r->beauty, NULL, false);
+    if (r->options.layers & CAU_WANT_BEAUTY)
+        ADD({"beauty", CAU_LAYER_BEAUTY, 0}, &r->beauty, NULL, false, NULL);
     if ((r->options.layers & CAU_WANT_BEAUTY) && (r->options.layers & CAU_WANT_ERROR))
-        ADD({"beauty", CAU_LAYER_BEAUTY_ERROR, 0}, &r->beauty, NULL, true);
+        ADD({"beauty", CAU_LAYER_BEAUTY_ERROR, 0}, &r->beauty, NULL, true, NULL);
     bool caustics = render_wants_caustics(r);
     for (size_t i = 0; caustics && i < r->group_count; i++) {
         const RenderGroup *g = &r->groups[i];
-        ADD({g->name, CAU_LAYER_RADIANCE, 0}, &g->films[0], NULL, false);
+        ADD({g->name, CAU_LAYER_RADIANCE, 0}, &g->films[0], NULL, false, NULL);
         bool indirect = g->indirect || (r->options.layers & CAU_WANT_INDIRECT);
-        if (indirect) ADD({g->name, CAU_LAYER_INDIRECT, 1}, &g->films[1], NULL, false);
+        if (indirect) ADD({g->name, CAU_LAYER_INDIRECT, 1}, &g->films[1], NULL, false, NULL);
         if (r->options.layers & CAU_WANT_IRRADIANCE) {
-            ADD({g->name, CAU_LAYER_IRRADIANCE, 0}, g->irradiance, g->coverage, false);
-            ADD({g->name, CAU_LAYER_SEEN, 0}, g->seen, NULL, false);
+            ADD({g->name, CAU_LAYER_IRRADIANCE, 0}, g->irradiance, g->coverage, false, NULL);
+            ADD({g->name, CAU_LAYER_SEEN, 0}, g->seen, NULL, false, NULL);
         }
         if (r->options.layers & CAU_WANT_ERROR) {
-            ADD({g->name, CAU_LAYER_ERROR, 0}, &g->films[0], NULL, true);
-            if (indirect) ADD({g->name, CAU_LAYER_ERROR, 1}, &g->films[1], NULL, true);
+            ADD({g->name, CAU_LAYER_ERROR, 0}, &g->films[0], NULL, true, NULL);
+            if (indirect) ADD({g->name, CAU_LAYER_ERROR, 1}, &g->films[1], NULL, true, NULL);
+        }
+        if (r->options.layers & CAU_WANT_BIAS) {
+            ADD({g->name, CAU_LAYER_BIAS, 0}, &g->films[0], NULL, false, &g->kernels[0]);
+            if (indirect) ADD({g->name, CAU_LAYER_BIAS, 1}, &g->films[1], NULL, false, &g->kernels[1]);
         }
     }
 #undef ADD
@@ -66,6 +72,17 @@ cau_layer cau_render_layer(const cau_render *r, size_t index) {
     return s.layer;
 }
 
+/* The size of the bias has the colour of the light that it blurs. */
+static void bias_pixels(const LayerSource *s, size_t pixels, float *out) {
+    for (size_t i = 0; s->bias->radius && i < pixels; i++) {
+        double bias = bandwidth_bias(s->bias, i), square_sum = 0;
+        for (size_t c = 0; c < 3; c++) square_sum += square(film_mean(s->film, 3 * i + c)) / 3;
+        for (size_t c = 0; c < 3; c++)
+            out[3 * i + c] =
+                (float)(square_sum > 0 ? bias * film_mean(s->film, 3 * i + c) / sqrt(square_sum) : bias);
+    }
+}
+
 cau_result cau_render_pixels(const cau_render *r, size_t index, float *out) {
     LayerSource s = {.layer = {"", 0, 0}};
     if (!walk_layers(r, index, &s, NULL))
@@ -73,6 +90,10 @@ cau_result cau_render_pixels(const cau_render *r, size_t index, float *out) {
     size_t pixels = (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
     memset(out, 0, pixels * 3 * sizeof *out);
     if (!s.film->sum) return CAU_OK; /* nothing was called for: black */
+    if (s.bias) {
+        bias_pixels(&s, pixels, out);
+        return CAU_OK;
+    }
     for (size_t i = 0; i < 3 * pixels; i++) {
         double value = s.error ? film_error(s.film, i) : film_mean(s.film, i);
         if (s.coverage) {
@@ -86,27 +107,37 @@ cau_result cau_render_pixels(const cau_render *r, size_t index, float *out) {
 
 /* ---- figures ---- */
 
+/* A layer that is part of the picture; R fills both films even where one is asked for. */
+static const Film *film_of(const RenderGroup *g, int kind) {
+    const Film *f = &g->films[kind];
+    return f->sum && f->passes > 0 && (kind ? g->indirect : g->direct) ? f : NULL;
+}
+
 double render_total_error(const cau_render *r) {
-    double square_sum = 0, error = 0;
+    double square_sum = 0, noise = 0, bias = 0;
     size_t values = 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
     bool any = false, enough = true;
-    for (size_t i = 0; i < values; i++) {
+    for (size_t g = 0; g < r->group_count; g++)
+        for (int k = 0; k < 2; k++) {
+            const Film *f = film_of(&r->groups[g], k);
+            any |= f != NULL;
+            enough &= !f || f->passes > 1;
+            if (f) bias += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[k]);
+        }
+    for (size_t i = 0; any && i < values; i++) {
         double mean = 0;
         for (size_t g = 0; g < r->group_count; g++)
             for (int k = 0; k < 2; k++) {
-                const Film *f = &r->groups[g].films[k];
-                if (!f->sum || f->passes == 0) continue;
-                any = true;
-                enough &= f->passes > 1;
-                double e = film_error(f, i);
+                const Film *f = film_of(&r->groups[g], k);
+                if (!f) continue;
+                noise += square(film_error(f, i));
                 mean += film_mean(f, i);
-                error += e * e;
             }
         square_sum += mean * mean;
     }
     if (!any || square_sum == 0) return any ? 0 : -1;
-    double truth = square_sum - error;
-    return enough && truth > 0 ? sqrt(error / truth) : -1;
+    double truth = square_sum - noise;
+    return enough && truth > 0 ? sqrt((noise + bias) / truth) : -1;
 }
 
 double cau_render_error(const cau_render *r) { return render_total_error(r); }
@@ -129,13 +160,20 @@ static cau_flux flux_in_watts(const cau_render *r, const FluxAccount *a) {
         .non_finite = a->non_finite};
 }
 
-static void film_report(const Film *f, double *error, double *mean) {
-    *error = -1;
+/* Relative error, bias and mean of a layer. Of a layer in which nothing was found nothing is known: its error
+ * may be all of it. */
+static void film_report(const RenderGroup *g, int kind, double *error, double *bias, double *mean) {
+    const Film *f = film_of(g, kind);
+    *error = *bias = -1;
     *mean = 0;
-    if (!f->sum || f->passes == 0) return;
+    if (!f) return;
     FilmFigures figures = film_figures(f);
     *mean = figures.mean;
-    if (isfinite(figures.relative_error)) *error = figures.relative_error;
+    double truth = square(figures.rms) - square(figures.error_rms);
+    if (figures.rms == 0) *error = 1;
+    if (!(truth > 0) || !isfinite(figures.relative_error)) return;
+    *bias = sqrt(bandwidth_mean_bias2(&g->kernels[kind]) / truth);
+    *error = hypot(figures.relative_error, *bias);
 }
 
 cau_light_report cau_render_light(const cau_render *r, size_t index) {
@@ -148,8 +186,8 @@ cau_light_report cau_render_light(const cau_render *r, size_t index) {
         .indirect = flux_in_watts(r, &g->accounts[1]),
         .direct_bent = flux_in_watts(r, &g->bent[0]),
         .indirect_bent = flux_in_watts(r, &g->bent[1])};
-    film_report(&g->films[0], &report.relative_error_direct, &report.mean_direct);
-    film_report(&g->films[1], &report.relative_error_indirect, &report.mean_indirect);
+    film_report(g, 0, &report.relative_error_direct, &report.bias_direct, &report.mean_direct);
+    film_report(g, 1, &report.relative_error_indirect, &report.bias_indirect, &report.mean_indirect);
     return report;
 }
 

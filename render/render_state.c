@@ -10,10 +10,10 @@
 #include <stdio.h>
 
 enum { IDENTITY_MAX = 2048, BLOCK = 1024, SHOWN_MAX = 60 };
-static const char state_magic[8] = "CAUSTAT1";
+static const char state_magic[8] = "CAUSTAT2";
 #define STATE_BYTE_ORDER 0x0102030405060708u
 /* No kernel is ever scaled beyond this; a state that says so is damaged. */
-#define SCALE_MAX 16.0
+#define SCALE_MAX 1024.0
 
 /* How the parts of several shards become one. */
 typedef enum StateKind {
@@ -56,7 +56,8 @@ static cau_result walk_state(cau_render *r, StateVisit visit, void *data) {
     CAU_TRY(walk_film(&r->beauty, visit, data));
     for (size_t i = 0; i < r->group_count; i++) {
         RenderGroup *g = &r->groups[i];
-        Film *films[] = {&g->films[0], &g->films[1], g->seen, g->irradiance, g->coverage};
+        Film *films[] = {&g->films[0], &g->films[1], g->seen, g->irradiance, g->coverage, &g->kernels[0].bias,
+            &g->kernels[1].bias};
         for (size_t f = 0; f < sizeof films / sizeof *films; f++) CAU_TRY(walk_film(films[f], visit, data));
         CAU_TRY(visit(data, &(StateItem){STATE_SCALE, g->radius_scale, NULL, 2}));
         FluxAccount *accounts[] = {
@@ -216,8 +217,9 @@ static cau_result join_scales(Reader *in, const StateItem *item) {
         if (!(value >= 0 && value <= SCALE_MAX)) return damaged(in, "a kernel's width in it is impossible");
         if (scale[i] > 0 && value > 0 && scale[i] != value)
             return error_set(in->err, CAU_ERROR_INPUT,
-                "\"%s\" is not of the same render as the other shards: its kernels are scaled by %.17g, "
-                "theirs by %.17g; render all shards with one build on one kind of processor",
+                "\"%s\" is not of the same render as the other shards: its kernels have a mean radius of "
+                "%.17g, "
+                "theirs of %.17g; render all shards with one build on one kind of processor",
                 in->name, value, scale[i]);
         if (value > 0) scale[i] = value;
     }

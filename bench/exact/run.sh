@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The long versions of tests/exact and tests/hard, one command each; each prints a table and fails when a row is wrong.
-#   bench/exact/run.sh answers|flux|kernels|agreement [SCENE...]|lights|memory|hard|rays|all
+#   bench/exact/run.sh answers|flux|kernels|agreement [SCENE...]|coverage [SCENE...]|lights|memory|hard|rays|all
 # BUILD names the build folder [build]. Minutes each on two cores, agreement an hour.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -19,6 +19,10 @@ agreement)
   $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" "${@:-${scenes[@]}}" || failed=1
   $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" --soft "${@:-${scenes[@]}}" || failed=1
   exit "${failed:-0}"
+  ;;
+coverage)
+  shift
+  $python tests/exact/coverage.py "${PHOTONS:-1e6}" "${LONG:-3e7}" "${@:-${scenes[@]}}"
   ;;
 lights) $python tests/exact/lights.py ;;
 memory) $python tests/exact/lights.py memory 1e6 1e8 ;;

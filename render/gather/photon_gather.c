@@ -21,7 +21,8 @@ static void support_row(void *data, size_t index, unsigned thread) {
     row->count = points->count;
     for (size_t i = 0; i < points->count; i++) {
         const EyePoint *p = &points->items[i];
-        support_find(run->trace, p, (double)p->size * run->radius_pixels, &row->items[i]);
+        double scale = run->radius ? (double)run->radius[p->pixel] : 1;
+        support_find(run->trace, p, (double)p->size * run->radius_pixels * scale, &row->items[i]);
     }
 }
 
@@ -56,7 +57,7 @@ typedef struct Sum {
     const Support *support;
     double inverse_r2;
     V3 normal;
-    Rgb flux;
+    Rgb flux, inner; /* times the kernel, and times that of radius r / sqrt(2) */
     uint64_t found;
     int16_t tested[2]; /* the normal tested last, and what came of it: on flat ground it is always the same */
     bool faces;
@@ -94,8 +95,9 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
         return;
     double kernel = 1 - positive(distance2 - height * height) * s->inverse_r2;
     if (kernel <= 0) return;
-    s->flux =
-        rgb_add(s->flux, rgb_scale(rgb((double)d->flux[0], (double)d->flux[1], (double)d->flux[2]), kernel));
+    Rgb flux = rgb((double)d->flux[0], (double)d->flux[1], (double)d->flux[2]);
+    s->flux = rgb_add(s->flux, rgb_scale(flux, kernel));
+    if (kernel > 0.5) s->inner = rgb_add(s->inner, rgb_scale(flux, 2 * kernel - 1));
 }
 
 static void add_rgb(double *image, uint32_t pixel, Rgb value) {
@@ -113,10 +115,23 @@ typedef struct GatherJob {
 } GatherJob;
 
 static void clear_row(const PassImages *out, size_t y, size_t width) {
-    memset(out->radiance + 3 * y * width, 0, 3 * width * sizeof(double));
+    if (out->radiance) memset(out->radiance + 3 * y * width, 0, 3 * width * sizeof(double));
+    if (out->kernels) {
+        memset(out->kernels->bias + 3 * y * width, 0, 3 * width * sizeof(double));
+        memset(out->kernels->cost + y * width, 0, width * sizeof(double));
+    }
     if (out->seen) memset(out->seen + 3 * y * width, 0, 3 * width * sizeof(double));
     if (out->irradiance) memset(out->irradiance + 3 * y * width, 0, 3 * width * sizeof(double));
     if (out->coverage) memset(out->coverage + y * width, 0, width * sizeof(double));
+}
+
+static void add_kernel(const KernelImages *out, const EyePoint *p, const Sum *sum) {
+    const Support *support = sum->support;
+    Rgb weight = rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]);
+    Rgb bias =
+        rgb_sub(rgb_scale(sum->flux, 2 / support->integral), rgb_scale(sum->inner, 2 / support->inner));
+    add_rgb(out->bias, p->pixel, rgb_mul(weight, bias));
+    out->cost[p->pixel] += (double)p->share * (double)sum->found * (support->mixed ? GATHER_RAY_COST : 1);
 }
 
 static void gather_point(const GatherJob *job, const EyePoint *p, const Support *support) {
@@ -128,7 +143,7 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
         .tested = {INT16_MIN, INT16_MIN}, /* no normal is so */
         .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2])};
     photon_tree_query(job->tree, p->position, r, add_deposit, &sum);
-    job->out->found[p->pixel / (uint32_t)job->run->scene->camera.width] += sum.found;
+    if (job->out->kernels) add_kernel(job->out->kernels, p, &sum);
     Rgb irradiance = rgb_scale(sum.flux, 1 / support->integral);
     Rgb radiance = rgb_mul(irradiance, rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]));
     add_rgb(job->out->radiance, p->pixel, radiance);
@@ -143,7 +158,6 @@ static void gather_row(void *data, size_t index, unsigned thread) {
     (void)thread;
     const GatherJob *job = data;
     size_t y = (size_t)job->run->y0 + index;
-    if (!job->out->add) job->out->found[y] = 0;
     if (!job->out->add) clear_row(job->out, y, (size_t)job->run->scene->camera.width);
     if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
     const struct EyeRow *row = &job->run->points->rows[y];

@@ -25,7 +25,8 @@ typedef struct GatherRun {
     const TraceScene *trace;
     const EyePoints *points;
     int y0, y1;
-    double radius_pixels; /**< kernel radius in pixel footprints */
+    double radius_pixels; /**< kernel radius in pixel footprints, times that of the pixel in `radius` */
+    const float *radius;  /**< [pixel]; NULL: 1 everywhere */
     const atomic_bool *cancel;
 } GatherRun;
 
@@ -33,14 +34,25 @@ typedef struct GatherRun {
 cau_result gather_supports(const GatherRun *run, TaskPool *pool, SupportRows *out, CauError *err);
 void support_rows_free(SupportRows *rows);
 
+/** What the kernels of one pass of one layer say about themselves, per pixel. */
+typedef struct KernelImages {
+    /** 3 channels: twice the estimate less that of radius r / sqrt(2) over the same photons. Where the light
+     * is smooth a kernel's bias goes as the square of its radius, so this estimates it. */
+    double *bias;
+    double *cost; /**< 1 channel: deposits met by an eye point; where each asks for a ray, GATHER_RAY_COST */
+} KernelImages;
+
+/** A ray costs as much as this many deposits. */
+#define GATHER_RAY_COST 2.0
+
 /** One pass of one layer, per pixel (width * height * 3 doubles each). */
 typedef struct PassImages {
-    double *radiance;   /**< what is added */
-    double *seen;       /**< the part that is seen through glass or in mirrors; NULL: not wanted */
-    double *irradiance; /**< at receivers that the camera hits first; NULL: not wanted */
-    double *coverage;   /**< 1 channel: share of the pixel that such receivers cover; NULL: not wanted */
-    bool add;           /**< true: added to what is there (lights of one group), else overwritten */
-    uint64_t *found;    /**< [height] deposits met by the kernels of each row */
+    double *radiance;      /**< what is added; NULL: not wanted */
+    double *seen;          /**< the part that is seen through glass or in mirrors; NULL: not wanted */
+    double *irradiance;    /**< at receivers that the camera hits first; NULL: not wanted */
+    double *coverage;      /**< 1 channel: share of the pixel that such receivers cover; NULL: not wanted */
+    KernelImages *kernels; /**< what the kernels say about themselves; NULL: not wanted */
+    bool add;              /**< true: added to what is there (lights of one group), else overwritten */
 } PassImages;
 
 /** Sums the deposits in `tree` at every eye point. */

@@ -176,24 +176,31 @@ static bool above_sheet(
 
 /* Probes spread like the kernel: a spiral of golden-angle steps, turned at random for each point. The
  * kernel's cumulative is c(s) = 2 s - s^2 with s = (d/r)^2, so s = 1 - sqrt(1 - u). */
-static double probe_integral(const TraceScene *trace, const EyePoint *point, const Support *support,
-    const Plane *plane, const Near *near) {
+static void probe_integral(
+    const TraceScene *trace, const EyePoint *point, Support *support, const Plane *plane, const Near *near) {
     int seen = 0;
-    double r = support->radius;
+    double r = support->radius, inner = 0, inner_all = 0;
     for (int i = 0; i < PROBES; i++) {
-        double d = r * sqrt(1 - sqrt(1 - (i + 0.5) / PROBES));
+        double s = 1 - sqrt(1 - (i + 0.5) / PROBES), d = r * sqrt(s);
+        /* The same probe for the inner kernel, by the ratio of the two. */
+        double weight = fmax(0, 1 - 2 * s) / (1 - s);
+        inner_all += weight;
         double angle = 2 * CAU_PI * ((double)point->turn + i * 0.6180339887498949);
         double x = d * cos(angle), y = d * sin(angle);
         V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
         if (near->dense ? !above_sheet(trace, point, plane, place, r) : !on_sheet(near, x, y)) continue;
-        seen += support_sees(trace, point, support, place);
+        if (!support_sees(trace, point, support, place)) continue;
+        seen++;
+        inner += weight;
     }
-    return CAU_PI * r * r / 2 * fmax(seen, 1) / PROBES;
+    double open = CAU_PI * r * r / 2;
+    support->integral = open * fmax(seen, 1) / PROBES;
+    support->inner = open / 2 * fmax(inner, 1) / inner_all;
 }
 
 void support_find(const TraceScene *trace, const EyePoint *point, double radius, Support *out) {
     double open = CAU_PI * radius * radius / 2;
-    *out = (Support){.radius = radius, .integral = open};
+    *out = (Support){.radius = radius, .integral = open, .inner = open / 2};
     NearTriangle found[NEAR_MAX];
     size_t count = trace_collect(trace, point->position, radius, found, NEAR_MAX);
     Plane plane = {
@@ -210,8 +217,12 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
         }
     if (!near.dense) sort_out(found, count, &plane, point, facing, radius, &near);
     out->mixed = near.blockers || near.dense;
-    if (out->mixed)
-        out->integral = probe_integral(trace, point, out, &plane, &near);
-    else if (!near.full)
-        out->integral = clamp(sheet_integral(&near, radius), 0.02 * open, open);
+    if (out->mixed) {
+        probe_integral(trace, point, out, &plane, &near);
+    } else if (!near.full) {
+        double sheet = sheet_integral(&near, radius);
+        out->integral = clamp(sheet, 0.02 * open, open);
+        if (sheet < (1 - 1e-9) * open)
+            out->inner = clamp(sheet_integral(&near, radius * sqrt(0.5)), 0.01 * open, open / 2);
+    }
 }

@@ -14,6 +14,7 @@
 typedef struct Support {
     double radius;
     double integral; /**< of the kernel 1 - (d/r)^2 over the surface; pi r^2 / 2 on an open plane */
+    double inner;    /**< the same of the kernel of radius r / sqrt(2), which tells the bias of the other */
     bool mixed;      /**< something stands in the disk: photons must pass support_sees() */
 } Support;
 

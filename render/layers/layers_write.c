@@ -41,6 +41,8 @@ static const char *suffix_of(const cau_layer *l) {
         return CAU_SUFFIX_SEEN;
     case CAU_LAYER_ERROR:
         return l->indirect ? CAU_SUFFIX_INDIRECT CAU_SUFFIX_ERROR : CAU_SUFFIX_ERROR;
+    case CAU_LAYER_BIAS:
+        return l->indirect ? CAU_SUFFIX_INDIRECT CAU_SUFFIX_BIAS : CAU_SUFFIX_BIAS;
     default:
         return "";
     }

@@ -55,8 +55,7 @@ class Cli(unittest.TestCase):
                 self.refused(2, *arguments, says=says)
 
     def test_not_yet(self):
-        for option in (["--estimator", "D"],
-                       ["--layers", "bias"]):
+        for option in (["--estimator", "D"],):
             with self.subTest(option=option):
                 self.refused(1, BALL, "-o", self.out, *option, says="not yet supported")
 

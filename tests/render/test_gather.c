@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "core/rng.h"
+#include "render/film/bandwidth.h"
 #include "render/film/film.h"
 #include "render/gather/photon_tree.h"
 #include "render/gather/support.h"
@@ -228,8 +229,62 @@ static void camera_projects_where_it_looks(void **state) {
     }
 }
 
+/* ---- kernels ---- */
+
+/* A picture whose left half bends, so that a kernel of 3 footprints is wrong by 0.2, and whose right half
+ * does not; noise of 0.5 per pass everywhere, and as much in what the kernels say of their bias. */
+static void learned_radius_balances_noise_and_bias(void **state) {
+    (void)state;
+    enum { W = 64, H = 32, PASSES = 16 };
+    const double radius = 3, bias = 0.2, noise = 0.5;
+    CauError err = {0};
+    Bandwidth b;
+    Film film, *bias_film = &b.bias;
+    assert_int_equal(bandwidth_create(&b, W, H, radius, &err), CAU_OK);
+    assert_int_equal(film_create(&film, (size_t)W * H, 3, &err), CAU_OK);
+    double *pass = calloc(3 * W * H, sizeof *pass), *said = calloc(3 * W * H, sizeof *said),
+           *cost = calloc(W * H, sizeof *cost);
+    Rng rng = rng_make(11);
+    for (int n = 0; n < PASSES; n++) {
+        for (int i = 0; i < 3 * W * H; i++) {
+            double b_here = i / 3 % W < W / 2 ? bias : 0;
+            pass[i] = 1 + b_here + noise * sqrt(12) * (rng_next(&rng) - 0.5);
+            said[i] = b_here + noise * sqrt(24) * (rng_next(&rng) - 0.5);
+        }
+        film_add(&film, pass);
+        film_add(bias_film, said);
+    }
+    double left = 0, right = 0;
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++)
+            *(x < W / 2 ? &left : &right) += 2 * bandwidth_bias2(bias_film, (size_t)(y * W + x)) / (W * H);
+    assert_true(fabs(left / (bias * bias) - 1) < 0.1);
+    assert_true(fabs(right) < 0.1 * bias * bias);
+    assert_true(fabs(sqrt(bandwidth_mean_bias2(&b)) / (bias / sqrt(2)) - 1) < 0.1);
+    assert_true(fabs(bandwidth_bias(&b, (size_t)W * H / 2 + 8) / bias - 1) < 0.5);
+    assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, 1, 100, &err), CAU_OK);
+    /* r^6 = A / (6 n B^2): here noise^2 / n = 0.0156 beside bias^2 = 0.04. */
+    double best = radius * pow(noise * noise / PASSES / (6 * bias * bias), 1.0 / 6);
+    for (int y = 4; y < H - 4; y += 6) {
+        double found = (double)b.radius[y * W + 10], flat = (double)b.radius[y * W + W - 10];
+        if (fabs(found / best - 1) > 0.1) fail_msg("radius %g where %g is best", found, best);
+        if (flat < 1.2 * radius || flat > 1.7 * radius)
+            fail_msg("radius %g from %g without bias", flat, radius);
+    }
+    for (int i = 0; i < W * H; i++) cost[i] = 400; /* four times what is allowed: half the radius at most */
+    float before = b.radius[W - 10];
+    assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, 1, 100, &err), CAU_OK);
+    assert_true((double)b.radius[W - 10] <= 0.501 * (double)before);
+    bandwidth_free(&b);
+    film_free(&film);
+    free(pass);
+    free(said);
+    free(cost);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(learned_radius_balances_noise_and_bias),
         cmocka_unit_test(kernel_over_a_triangle_is_its_quadrature),
         cmocka_unit_test(tree_meets_each_deposit_once),
         cmocka_unit_test(ten_million_equal_points_build),

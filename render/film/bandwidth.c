@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/film/bandwidth.h"
+
+#include "core/checked.h"
+
+/* Least squared bias that is believed, in parts of the noise: bounds how fast a kernel grows. */
+#define BIAS_LEAST 0.02
+/* Bias that chance may show in a window: the radius is not to fall by luck, for it rises slowly. */
+#define BIAS_CHANCE 0.8
+/* Half a window's edge in kernel radii, and its limits in pixels. */
+#define WINDOW_RADII 2.0
+#define WINDOW_MIN 2
+#define WINDOW_MAX 24
+/* Widest kernel in pixel footprints, and the most that it may change at once. */
+#define RADIUS_MAX 24.0
+/* See keep_apart(). */
+#define LEVEL_STEP 1.4
+#define LEVEL_SLOPE 0.5
+/* Least learned radius in footprints: what is finer lies within the pixel. It shrinks with the photons as
+ * any. */
+#define RADIUS_LEAST 2.0
+#define CHANGE_MIN 0.5
+#define CHANGE_MAX 1.6
+
+cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, CauError *err) {
+    size_t pixels = (size_t)width * (size_t)height;
+    *out = (Bandwidth){.width = width, .height = height, .radius = array_new(pixels, sizeof(float))};
+    if (!out->radius)
+        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the kernels of %zu pixels", pixels);
+    for (size_t i = 0; i < pixels; i++) out->radius[i] = (float)radius;
+    return film_create(&out->bias, pixels, 3, err);
+}
+
+void bandwidth_free(Bandwidth *b) {
+    free(b->radius);
+    film_free(&b->bias);
+    *b = (Bandwidth){0};
+}
+
+double bandwidth_mean_radius(const Bandwidth *b) {
+    size_t pixels = (size_t)b->width * (size_t)b->height;
+    double sum = 0;
+    for (size_t i = 0; i < pixels; i++) sum += (double)b->radius[i];
+    return pixels ? sum / (double)pixels : 0;
+}
+
+/* ---- learning ---- */
+
+/* Sums over any rectangle from the top left corner on: [(height + 1) * (width + 1)]. */
+typedef struct Sums {
+    double *noise, *bias; /* variance and squared bias of the mean over the passes */
+    int width, height;
+} Sums;
+
+static cau_result sums_create(Sums *s, const Bandwidth *b, CauError *err) {
+    size_t count = ((size_t)b->width + 1) * ((size_t)b->height + 1);
+    *s = (Sums){array_new(count, sizeof(double)), array_new(count, sizeof(double)), b->width, b->height};
+    return s->noise && s->bias ? CAU_OK
+                               : error_set(err, CAU_ERROR_RESOURCE, "out of memory to learn the kernels");
+}
+
+static void sums_free(Sums *s) {
+    free(s->noise);
+    free(s->bias);
+}
+
+static size_t sums_place(const Sums *s, int x, int y) {
+    return (size_t)y * ((size_t)s->width + 1) + (size_t)x;
+}
+
+/* From values at [y + 1][x + 1] to sums. */
+static void sum_up(const Sums *s, double *values) {
+    for (int y = 1; y <= s->height; y++) {
+        double row = 0;
+        for (int x = 1; x <= s->width; x++) {
+            row += values[sums_place(s, x, y)];
+            values[sums_place(s, x, y)] = row + values[sums_place(s, x, y - 1)];
+        }
+    }
+}
+
+static double window_sum(const Sums *s, const double *sums, int x, int y, int half) {
+    int x0 = x > half ? x - half : 0, y0 = y > half ? y - half : 0, x1 = x + half + 1, y1 = y + half + 1;
+    if (x1 > s->width) x1 = s->width;
+    if (y1 > s->height) y1 = s->height;
+    return sums[sums_place(s, x1, y1)] - sums[sums_place(s, x0, y1)] - sums[sums_place(s, x1, y0)] +
+           sums[sums_place(s, x0, y0)];
+}
+
+/* The radii that balance noise and bias. */
+static void choose(Bandwidth *b, const Sums *s, const double *cost, double shrink, double most) {
+    for (int y = 0; y < b->height; y++)
+        for (int x = 0; x < b->width; x++) {
+            size_t i = (size_t)y * (size_t)b->width + (size_t)x;
+            double old = (double)b->radius[i] * shrink;
+            double used = square(old);
+            int half = (int)clamp(ceil(WINDOW_RADII * sqrt(used)), WINDOW_MIN, WINDOW_MAX);
+            double noise = window_sum(s, s->noise, x, y, half), bias = window_sum(s, s->bias, x, y, half);
+            double r =
+                noise > 0
+                    ? sqrt(used * cbrt(noise / (6 * fmax(bias - BIAS_CHANCE * noise, BIAS_LEAST * noise))))
+                    : old;
+            if (cost[i] > 0) r = fmin(r, old * sqrt(most / cost[i]));
+            r = fmin(clamp(r, CHANGE_MIN * old, CHANGE_MAX * old), RADIUS_MAX);
+            b->radius[i] = (float)fmax(r / shrink, RADIUS_LEAST);
+        }
+}
+
+double bandwidth_bias2(const Film *bias, size_t pixel) {
+    if (bias->passes < 2) return 0;
+    double n = (double)bias->passes, sum = 0;
+    for (size_t c = 3 * pixel; c < 3 * pixel + 3; c++) sum += square(bias->sum[c]) - bias->square_sum[c];
+    return sum / (3 * n * (n - 1));
+}
+
+double bandwidth_bias(const Bandwidth *b, size_t pixel) {
+    enum { HALF = 2 };
+    int x = (int)(pixel % (size_t)b->width), y = (int)(pixel / (size_t)b->width), count = 0;
+    double sum = 0;
+    for (int v = y - HALF; v <= y + HALF; v++)
+        for (int u = x - HALF; u <= x + HALF; u++) {
+            if (u < 0 || v < 0 || u >= b->width || v >= b->height) continue;
+            sum += bandwidth_bias2(&b->bias, (size_t)v * (size_t)b->width + (size_t)u);
+            count++;
+        }
+    return sqrt(fmax(0, sum / count));
+}
+
+double bandwidth_mean_bias2(const Bandwidth *b) {
+    size_t pixels = (size_t)b->width * (size_t)b->height;
+    double sum = 0;
+    for (size_t i = 0; i < pixels; i++) sum += bandwidth_bias2(&b->bias, i);
+    return pixels ? fmax(0, sum / (double)pixels) : 0;
+}
+
+/* ---- neighbours ---- */
+
+/* Distance in pixels to the nearest pixel that has 0, by two sweeps. */
+static void distances(float *d, int width, int height) {
+    const float side = 1, diagonal = 1.41421356F;
+    for (int sweep = 0; sweep < 2; sweep++)
+        for (int v = 0; v < height; v++)
+            for (int u = 0; u < width; u++) {
+                int x = sweep ? width - 1 - u : u, y = sweep ? height - 1 - v : v, back = sweep ? 1 : -1;
+                bool row = y + back >= 0 && y + back < height;
+                float *here = &d[(size_t)y * (size_t)width + (size_t)x];
+                const float *above = row ? here + (ptrdiff_t)back * width : here;
+                bool left = x + back >= 0 && x + back < width, right = x - back >= 0 && x - back < width;
+                if (left) *here = fminf(*here, here[back] + side);
+                if (row) *here = fminf(*here, above[0] + side);
+                if (row && left) *here = fminf(*here, above[back] + diagonal);
+                if (row && right) *here = fminf(*here, above[-back] + diagonal);
+            }
+}
+
+/* Light that a narrow kernel keeps to its place must not be met again by the wide kernels around it, or there
+ * would be more of it: a radius stays what it is within that reach of a smaller one, and grows slowly beyond.
+ */
+static cau_result keep_apart(Bandwidth *b, double shrink, CauError *err) {
+    size_t pixels = (size_t)b->width * (size_t)b->height;
+    float *d = array_new(pixels, sizeof *d);
+    if (!d) return error_set(err, CAU_ERROR_RESOURCE, "out of memory to learn the kernels");
+    for (double level = RADIUS_MAX / LEVEL_STEP; level > RADIUS_LEAST * shrink / LEVEL_STEP;
+         level /= LEVEL_STEP) {
+        double learned = level / shrink;
+        for (size_t i = 0; i < pixels; i++) d[i] = (double)b->radius[i] <= learned ? 0 : INFINITY;
+        distances(d, b->width, b->height);
+        for (size_t i = 0; i < pixels; i++) {
+            double most = fmax(level, (1 - LEVEL_SLOPE) * level + LEVEL_SLOPE * (double)d[i]) / shrink;
+            if (d[i] > 0 && (double)b->radius[i] > most) b->radius[i] = (float)most;
+        }
+    }
+    free(d);
+    return CAU_OK;
+}
+
+cau_result bandwidth_learn(Bandwidth *b, const Film *film, const Film *bias, const double *cost,
+    double shrink, double most, CauError *err) {
+    Sums s;
+    cau_result result = sums_create(&s, b, err);
+    for (int y = 0; result == CAU_OK && y < b->height; y++)
+        for (int x = 0; x < b->width; x++) {
+            size_t i = (size_t)y * (size_t)b->width + (size_t)x, to = sums_place(&s, x + 1, y + 1);
+            for (size_t c = 3 * i; c < 3 * i + 3; c++) s.noise[to] += square(film_error(film, c)) / 3;
+            s.bias[to] = bandwidth_bias2(bias, i);
+        }
+    if (result == CAU_OK) {
+        sum_up(&s, s.noise);
+        sum_up(&s, s.bias);
+        choose(b, &s, cost, shrink, most);
+        result = keep_apart(b, shrink, err);
+    }
+    sums_free(&s);
+    return result;
+}

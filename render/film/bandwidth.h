@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  How wide estimator P's kernels are: where bias and noise balance, learned from the photons themselves.
+ *
+ *  A kernel of radius r has variance A / (n r^2) after n passes and bias B r^2. Both are measured - the
+ *  variance by the spread of replicas, the squared bias by products of two replicas' own estimates, which no
+ *  noise makes positive - and summed over a window around the pixel, wide enough for some independent
+ * kernels. With radii that shrink as n^(-1/6) the mean square error of the mean over the passes is least
+ * where r^6 = A / (6 n B^2). Where no bias shows the radius grows by a bounded factor; where there is
+ * structure it falls at once. It goes to zero with the photons everywhere, without a floor. (The balance of
+ * the two: Kaplanyan and Dachsbacher 2013, who estimate the bias by derivatives.) */
+#ifndef RENDER_FILM_BANDWIDTH_H
+#define RENDER_FILM_BANDWIDTH_H
+
+#include "render/film/film.h"
+#include "render/gather/photon_gather.h"
+
+/** State of one layer. Zero-initialise; owned. */
+typedef struct Bandwidth {
+    int width, height;
+    float *radius; /**< [height * width] when RADIUS_PHOTONS photons are there, in pixel footprints */
+    Film bias;     /**< of the passes: see KernelImages */
+    bool tried;    /**< the radii were learned */
+} Bandwidth;
+
+cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, CauError *err);
+void bandwidth_free(Bandwidth *b);
+double bandwidth_mean_radius(const Bandwidth *b);
+
+/** New radii from replicas that were gathered with radii `radius` times `shrink`: `film` of the light, `bias`
+ * of KernelImages.bias, `cost` the last one's. Kernels are to cost no more than `most`, as KernelImages count
+ * it. */
+cau_result bandwidth_learn(Bandwidth *b, const Film *film, const Film *bias, const double *cost,
+    double shrink, double most, CauError *err);
+
+/** Squared bias of the mean over the passes at a pixel, mean of the channels: without bias its expectation is
+ * 0, so it may be negative. 0 with fewer than 2 passes. */
+double bandwidth_bias2(const Film *bias, size_t pixel);
+
+/** Size of the bias around a pixel: root of the mean of the 5 x 5 squares around it, 0 where that is
+ * negative. */
+double bandwidth_bias(const Bandwidth *b, size_t pixel);
+
+/** Mean of the squared bias over the picture, at least 0. */
+double bandwidth_mean_bias2(const Bandwidth *b);
+
+#endif

@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* How wide estimator P's kernels are: tried on the first photons, then learned from the passes. */
+#include "render/render_pass_state.h"
+
+#include "core/checked.h"
+
+/* Kernel radius in pixel footprints that a layer's first trial begins with: wide, because a bias shows at
+ * once and noise hides it. What follows is learned; see bandwidth.h. */
+#define RADIUS_DIRECT 4.0
+#define RADIUS_INDIRECT 8.0
+/* Where estimator W draws the layer, and photons only what is left. */
+#define RADIUS_BESIDE_WAVE 2.0
+/* Trials of kernels on the first pass's photons. */
+#define TRIALS 3
+/* Kernels may cost as much as the rays of their photons: deposits met per ray, and at least per eye point. */
+#define DEPOSITS_PER_RAY 40.0
+#define DEPOSITS_MIN 96.0
+
+void kernels_clear(PassState *s) {
+    size_t values = picture_values(s->r);
+    memset(s->kernels.bias, 0, values * sizeof(double));
+    memset(s->kernels.cost, 0, values / 3 * sizeof(double));
+}
+
+bool kernels_follow_wave(const cau_render *r, size_t g, int kind) {
+    for (size_t i = 0; i < r->scene.light_count; i++)
+        if (r->group_of_light[i] == g && !kind && r->plan.lights[i].wave) return true;
+    return false;
+}
+
+/* Deposits that an eye point's kernel may meet, by the rays of the first pass's first light. */
+static double most_deposits(const PassState *s, const RenderGroup *group, int kind) {
+    const cau_render *r = s->r;
+    double points = 0;
+    for (int y = r->region[1]; y < r->region[3]; y++) points += (double)s->points.rows[y].count;
+    double rays = (double)(group->accounts[kind].rays + (kind ? 0 : group->wave_account.rays));
+    return fmax(DEPOSITS_PER_RAY * rays / fmax(points, 1), DEPOSITS_MIN);
+}
+
+/* The two halves of a run's photons are two replicas of half as many. */
+static cau_result gather_half(
+    PassState *s, bool second, Film *film, Film *bias, const GatherRun *gather, CauError *err) {
+    size_t half = s->deposits.count / 2, count = second ? s->deposits.count - half : half;
+    const Deposit *items = s->deposits.items + (second ? half : 0);
+    PassImages trial = {.radiance = s->images.radiance, .kernels = &s->kernels};
+    CAU_TRY(photon_tree_build(&s->tree, items, count, err));
+    CAU_TRY(gather_photons(gather, &s->supports, &s->tree, s->r->pool, &trial, err));
+    film_add(film, s->images.radiance);
+    film_add(bias, s->kernels.bias);
+    return CAU_OK;
+}
+
+static cau_result trial(PassState *s, RenderGroup *group, int kind, const GatherRun *gather, CauError *err) {
+    Film film, bias = {0};
+    double most = most_deposits(s, group, kind) / 2, shrink = gather->radius_pixels;
+    CAU_TRY(film_create(&film, picture_values(s->r) / 3, 3, err));
+    cau_result result = film_create(&bias, picture_values(s->r) / 3, 3, err);
+    if (result == CAU_OK) result = gather_supports(gather, s->r->pool, &s->supports, err);
+    for (int k = 0; result == CAU_OK && k < 2; k++) result = gather_half(s, k, &film, &bias, gather, err);
+    if (result == CAU_OK)
+        result = bandwidth_learn(&group->kernels[kind], &film, &bias, s->kernels.cost, shrink, most, err);
+    film_free(&film);
+    film_free(&bias);
+    return result;
+}
+
+cau_result kernels_try(PassState *s, RenderGroup *group, int kind, const GatherRun *gather, CauError *err) {
+    GatherRun run = *gather;
+    run.points = &s->trial_points;
+    for (int i = 0; i < TRIALS; i++) CAU_TRY(trial(s, group, kind, &run, err));
+    group->kernels[kind].tried = true;
+    CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
+    return gather_supports(gather, s->r->pool, &s->supports, err);
+}
+
+/* Shards and resumed renders compare the mean radius: it is the same where all photons were. */
+void kernels_settle(RenderGroup *group, int kind, bool tried) {
+    group->kernels[kind].tried = tried;
+    group->radius_scale[kind] = bandwidth_mean_radius(&group->kernels[kind]);
+}
+
+cau_result render_make_kernels(cau_render *r, CauError *err) {
+    for (size_t g = 0; g < r->group_count; g++)
+        for (int kind = 0; kind < 2; kind++) {
+            if (!(kind ? r->groups[g].indirect : r->groups[g].direct)) continue;
+            double radius = kernels_follow_wave(r, g, kind) ? RADIUS_BESIDE_WAVE
+                            : kind                          ? RADIUS_INDIRECT
+                                                            : RADIUS_DIRECT;
+            CAU_TRY(bandwidth_create(
+                &r->groups[g].kernels[kind], r->scene.camera.width, r->scene.camera.height, radius, err));
+        }
+    return CAU_OK;
+}
+
+cau_result kernels_prepare(PassState *s, CauError *err) {
+    size_t values = picture_values(s->r);
+    s->kernels = (KernelImages){array_new(values, sizeof(double)), array_new(values / 3, sizeof(double))};
+    if (!s->kernels.bias || !s->kernels.cost)
+        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the kernels of %zu pixels", values / 3);
+    s->images.kernels = &s->kernels;
+    return CAU_OK;
+}
+
+void kernels_free(PassState *s) {
+    free(s->kernels.bias);
+    free(s->kernels.cost);
+}

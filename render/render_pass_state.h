@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/** @file
+ *  What a pass works on, shared by render_passes.c (the loop) and render_kernels.c (how wide kernels are). */
+#ifndef RENDER_RENDER_PASS_STATE_H
+#define RENDER_RENDER_PASS_STATE_H
+
+#include "render/render_internal.h"
+
+/* What a render stated after so many passes. */
+typedef struct PastError {
+    double passes, error;
+} PastError;
+
+typedef struct PassState {
+    cau_render *r;
+    EyePoints points, trial_points; /* the latter are the first pass's alone */
+    SupportRows supports;
+    double wave_radius; /* of estimator W's photons in this pass, in footprints */
+    KernelImages kernels;
+    PastError past[2];
+    bool learning; /* the first pass is made for what it teaches alone */
+    DepositList deposits;
+    PhotonTree tree;
+    PassImages images;
+    ReferenceImages reference;
+    double *reference_block;
+    uint64_t key;
+    uint64_t passes_before; /* that the render has gone on from */
+} PassState;
+
+static inline size_t picture_values(const cau_render *r) {
+    return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
+}
+
+/** Makes what kernels say in a pass. */
+cau_result kernels_prepare(PassState *s, CauError *err);
+void kernels_free(PassState *s);
+/** Before the lights of a group, when images are added to from the start. */
+void kernels_clear(PassState *s);
+/** Estimator W draws a part of the layer: its kernels begin narrow, without a trial. */
+bool kernels_follow_wave(const cau_render *r, size_t group, int kind);
+/** Learns a layer's first radii on the deposits at hand, before these are gathered for the picture. */
+cau_result kernels_try(PassState *s, RenderGroup *group, int kind, const GatherRun *gather, CauError *err);
+/** After a layer's pass: its kernels are learned for good. */
+void kernels_settle(RenderGroup *group, int kind, bool tried);
+
+#endif
