@@ -15,7 +15,6 @@ cau_render_options cau_render_defaults(void) {
         .size = sizeof(cau_render_options), .photons = 4000000, .layers = CAU_WANT_RADIANCE};
 }
 
-/* Nothing but estimator W is called for. */
 bool render_waves_alone(const cau_render *r) {
     bool wave = false;
     if (r->options.estimator == CAU_ESTIMATOR_R) return false;
@@ -100,15 +99,13 @@ static void set_budget(cau_render *r) {
     r->passes_wanted = passes;
 }
 
-/* Smooth casters that estimator W can follow: not those whose normals Cycles bends, for what bends is found
- * by photons alone. */
+/* Smooth casters, which estimator W can follow. */
 static cau_result find_waved(cau_render *r, CauError *err) {
     r->waved = array_new(r->scene.object_count, sizeof *r->waved);
     if (!r->waved) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a plan");
     for (size_t o = 0; o < r->scene.object_count; o++) {
         const Object *object = &r->scene.objects[o];
-        bool bends = r->bent.objects && r->bent.objects[o].bends;
-        r->waved[o] = object->casts && !bends && (r->scene.materials[object->material].lobes & LOBE_SPECULAR);
+        r->waved[o] = object->casts && (r->scene.materials[object->material].lobes & LOBE_SPECULAR);
     }
     return CAU_OK;
 }

@@ -75,7 +75,8 @@ static inline bool render_wants_caustics(const cau_render *r) {
     return !(r->options.layers & CAU_WANT_BEAUTY) || (r->options.layers & CAU_WANT_RADIANCE);
 }
 
-/** Nothing but estimator W is called for. */
+/** No photons start at lamps: estimator W and photons that start at bent normals are all that is called for.
+ */
 bool render_waves_alone(const cau_render *r);
 
 /** Sends the probes and makes r->plan. */
@@ -96,11 +97,17 @@ cau_result render_make_kernels(cau_render *r, CauError *err);
 /** Renders passes until a limit is met or it is cancelled. */
 cau_result render_passes(cau_render *r, CauError *err);
 
-/** How many photons start at bent normals beside `photons` from the lamp. */
-static inline uint32_t render_bent_photons(
-    const cau_render *r, const Light *light, int indirect, uint32_t photons) {
-    bool found = !light->delta || indirect || r->bent.rough;
-    return r->bent.mirrors && found ? (uint32_t)(photons * RENDER_BENT_SHARE) : 0;
+/** Whether photons that start at bent normals can find a light. */
+static inline bool render_bent_found(const cau_render *r, const Light *light, bool indirect) {
+    return r->bent.mirrors && (!light->delta || indirect || r->bent.rough);
+}
+
+/** How many of them a pass has. */
+static inline uint32_t render_bent_photons(const cau_render *r, size_t light, bool indirect) {
+    const LightPlan *plan = &r->plan.lights[light];
+    double share = !indirect && plan->wave && !plan->photons ? plan->bent : RENDER_BENT_SHARE;
+    return render_bent_found(r, &r->scene.lights[light], indirect) ? (uint32_t)(r->photons_per_pass * share)
+                                                                   : 0;
 }
 
 /** Seconds of a steady clock. */

@@ -64,6 +64,7 @@ static cau_result light_wave(
         .casters = &r->casters,
         .light = l,
         .waved = r->waved,
+        .bent = r->bent.objects ? &r->bent : NULL,
         .share = plan->share,
         .physical = r->options.physical_radiance,
         .points = &s->points,
@@ -93,13 +94,13 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
         .waved = !kind && plan->wave ? r->waved : NULL,
         .physical = r->options.physical_radiance,
         .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->pass + (uint64_t)kind),
-        .photons = r->photons_per_pass,
+        .photons = kind || plan->photons ? r->photons_per_pass : 0,
         .bent = r->bent.objects ? &r->bent : NULL,
-        .bent_photons = render_bent_photons(r, l, kind, r->photons_per_pass),
+        .bent_photons = render_bent_photons(r, light, kind),
         .bent_account = &group->bent[kind],
         .cancel = &r->cancel};
     s->deposits.count = 0;
-    if (kind || plan->photons)
+    if (run.photons || run.bent_photons)
         CAU_TRY(photons_trace(&run, r->pool, &s->deposits, &group->accounts[kind], err));
     if (!kind && plan->wave) CAU_TRY(light_wave(s, l, plan, group, err));
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
@@ -160,14 +161,23 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, Ca
 }
 
 /* As many eye paths as photons, within reason: in a small picture one path per pixel would be the noise. */
-static uint32_t eye_samples(const cau_render *r) {
+static uint32_t eye_samples(const cau_render *r, double photons) {
     double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
-    return (uint32_t)clamp(r->photons_per_pass / pixels, 1, EYE_SAMPLES_MAX);
+    return (uint32_t)clamp(photons / pixels, 1, EYE_SAMPLES_MAX);
 }
 
-/* Without photons elsewhere, what is seen through glass and in mirrors is all that eye paths are for. */
+/* For what is seen directly: photons alone need them. */
+static uint32_t eye_samples_plain(const cau_render *r, bool irradiance) {
+    if (!render_waves_alone(r) || irradiance) return eye_samples(r, r->photons_per_pass);
+    double photons = 0;
+    for (size_t i = 0; i < r->scene.light_count; i++)
+        if (r->plan.lights[i].direct) photons += render_bent_photons(r, i, false);
+    return photons > 0 ? eye_samples(r, photons) : 0;
+}
+
+/* Without photons elsewhere, what is seen through glass and in mirrors is what eye paths are for. */
 static uint32_t eye_samples_busy(const cau_render *r) {
-    uint32_t samples = eye_samples(r) * (render_waves_alone(r) ? 4 : 1);
+    uint32_t samples = eye_samples(r, r->photons_per_pass) * (render_waves_alone(r) ? 4 : 1);
     return samples < EYE_SAMPLES_BUSY ? samples : EYE_SAMPLES_BUSY;
 }
 
@@ -178,7 +188,7 @@ static cau_result photon_pass(PassState *s, CauError *err) {
         .filter = &r->filter,
         .key = s->key,
         .pass = (uint32_t)r->pass,
-        .samples = render_waves_alone(r) && !s->images.irradiance ? 0 : eye_samples(r),
+        .samples = eye_samples_plain(r, s->images.irradiance != NULL),
         .busy = r->view ? wave_view_busy(r->view) : NULL,
         .samples_busy = eye_samples_busy(r),
         .x0 = r->region[0],

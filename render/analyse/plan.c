@@ -66,6 +66,12 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
  * places is noise that photons do not have. Measured: a lamp 5 pixels wide in its focus costs W three times
  * P's seconds to the same error, one of half a pixel less than a tenth. */
 #define PLACES_MAX 4.0
+/* Photons that start at bent normals per ray of estimator W: this many when they carry this share of the
+ * light, fewer with the square root of what they carry (the variance of a sum of such photons goes with it),
+ * but never none: probes may miss what a narrow light lets them find. */
+#define BENT_PHOTONS 0.25
+#define BENT_SHARE_FULL 0.01
+#define BENT_LEAST (1.0 / 16)
 /* What estimator W may leave out of its long paths; beyond it photons carry them. */
 #define DEEP_SHARE 1e-4
 
@@ -84,6 +90,7 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
     bool small = plan->places <= PLACES_MAX || choice->estimator == PLAN_ESTIMATOR_W;
     plan->wave = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && small && !world;
     plan->photons = plan->direct && (!plan->wave || photons);
+    plan->bent = BENT_PHOTONS * clamp(sqrt(probe->bent_share / BENT_SHARE_FULL), BENT_LEAST, 1);
 }
 
 /* Casters that the probes saw little of may still be met: none gets less than this part of an even share. */

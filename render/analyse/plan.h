@@ -18,6 +18,7 @@ typedef struct LightProbe {
     uint64_t probes, caster_hits;        /**< rays towards casters, and those that met one first */
     uint64_t direct_deposits, indirect_deposits;
     double deep_share;  /**< of the direct deposits' flux: after more scatterings than estimator W follows */
+    double bent_share;  /**< of the direct layer's landed flux: from photons that start at bent normals */
     double blur_pixels; /**< how wide the light's extent spreads what a caster throws, in pixels of the
                            picture */
     uint64_t *object_hits; /**< [object] first hits of the rays towards casters */
@@ -29,6 +30,7 @@ typedef struct LightPlan {
     double *share; /**< [object] of estimator W's rays: by what of the light meets it first; 0: not waved */
     double places; /**< of estimator W: places on the light that all replicas together should have */
     bool photons;  /**< direct caustics by estimator P: all, or what W leaves to it */
+    double bent;   /**< without them: photons that start at bent normals, per ray of W */
     double left_out_share; /**< upper bound (95 %) of what is left out, relative to the light's own
                               contribution */
 } LightPlan;

@@ -408,8 +408,10 @@ static cau_result join(const PhotonRun *run, DepositList *out, FluxAccount *acco
         out->count += b->count;
         flux_account_add(&sum[i >= lamp_batches], &b->account);
     }
-    sum[0] = per_photon(sum[0], run->photons);
-    flux_account_add(account, &sum[0]);
+    if (run->photons) {
+        sum[0] = per_photon(sum[0], run->photons);
+        flux_account_add(account, &sum[0]);
+    }
     if (!run->bent_photons) return CAU_OK;
     sum[1] = per_photon(sum[1], run->bent_photons);
     flux_account_add(run->bent_account, &sum[1]);

@@ -58,7 +58,7 @@ typedef struct PhotonRun {
     PathOwner owner;           /**< OWNER_DIRECT or OWNER_INDIRECT: which deposits are kept */
     bool physical;             /**< true: radiance scales with n^2 as in nature; false: as Cycles does */
     uint64_t key;              /**< random stream of this run */
-    uint32_t photons;          /**< how many are emitted */
+    uint32_t photons;          /**< how many are emitted; may be 0 */
     const BentSet *bent;       /**< normals that bend; NULL: none do */
     uint32_t bent_photons;     /**< how many photons start there besides; 0 with bent NULL */
     FluxAccount *bent_account; /**< theirs; added to */

@@ -10,7 +10,8 @@
  *
  *  What the corners of a triangle do not agree on is split, and at the finest level left to photons, which
  *  carry only paths that no triangle claimed: each path is in exactly one of the two. Paths with a rough
- *  scattering and light from diffuse surfaces are estimator P's. */
+ *  scattering or a mirror whose normal is seen bent (bent.h), and light from diffuse surfaces, are estimator
+ *  P's. */
 #ifndef RENDER_GATHER_WAVE_WAVE_H
 #define RENDER_GATHER_WAVE_WAVE_H
 
@@ -42,6 +43,7 @@ typedef struct WaveRun {
     const Light *light;
     const double *share; /**< [object] of the rays; NULL: even */
     const bool *waved;   /**< [object] smooth paths over such objects alone are ours */
+    const BentSet *bent; /**< as PhotonRun.bent; paths over a bent mirror are not ours */
     bool physical;       /**< as PhotonRun.physical */
     int y0, y1;          /**< rows of the region */
     const EyePoints

@@ -20,6 +20,16 @@ enum { CLAIMED_MAX = 192, SPLITS_MAX = 2 };
 /* Normals this close are one plane. */
 #define FLAT_COSINE (1 - 1e-9)
 
+/* Share of the triangles in which a ray looks for what their corners do not tell. */
+#define LOOK_CHANCE (1.0 / 16)
+
+/* A path that landed as a triangle. */
+typedef struct Claim {
+    uint64_t path;
+    uint32_t landing[3]; /* its corners, in Cells.landings */
+    Rgb weight;          /* their mean */
+} Claim;
+
 typedef struct Cells {
     const WaveRun *run;
     const WaveView *view;
@@ -27,9 +37,10 @@ typedef struct Cells {
     const WaveFront *front;
     WaveBatch *out;
     WaveLandings landings; /* of the two rows of corners, and of a triangle's midpoints on top */
-    uint64_t key, claimed[CLAIMED_MAX];
-    size_t claimed_count;
-    uint64_t photons; /* drawn so far */
+    uint64_t key;
+    Claim claims[CLAIMED_MAX];
+    size_t claim_count;
+    uint64_t leaves; /* triangles that were not split, so far */
 } Cells;
 
 /* ---- one triangle on the receiver ---- */
@@ -132,10 +143,17 @@ static bool join(Cells *c, const WaveLanding *const l[3], double area) {
 
 /* ---- what is claimed ---- */
 
-static bool claimed(const Cells *c, uint64_t path) {
-    for (size_t i = 0; i < c->claimed_count; i++)
-        if (c->claimed[i] == path) return true;
-    return false;
+static const Claim *claimed(const Cells *c, uint64_t path) {
+    for (size_t i = 0; i < c->claim_count; i++)
+        if (c->claims[i].path == path) return &c->claims[i];
+    return NULL;
+}
+
+static void put_claim(Cells *c, const WaveLanding *const l[3]) {
+    Claim *claim = &c->claims[c->claim_count++];
+    claim->path = l[0]->path;
+    claim->weight = rgb_scale(rgb_add(l[0]->weight, rgb_add(l[1]->weight, l[2]->weight)), 1.0 / 3);
+    for (int k = 0; k < 3; k++) claim->landing[k] = (uint32_t)(l[k] - c->landings.items);
 }
 
 static const WaveLanding *find(const Cells *c, const WaveCorner *corner, uint64_t path) {
@@ -160,10 +178,10 @@ static double claim(Cells *c, const WaveCorner *const corner[3], double area, bo
     const WaveLanding *own = &c->landings.items[corner[0]->first];
     for (uint32_t i = 0; i < corner[0]->count; i++) {
         uint64_t path = own[i].path;
-        if (c->claimed_count == CLAIMED_MAX || claimed(c, path)) continue;
+        if (c->claim_count == CLAIMED_MAX || claimed(c, path)) continue;
         const WaveLanding *const l[3] = {&own[i], find(c, corner[1], path), find(c, corner[2], path)};
         if (!l[1] || !l[2] || (may_split && variation(l, start) > SPLIT_VARIATION)) continue;
-        if (join(c, l, area)) c->claimed[c->claimed_count++] = path;
+        if (join(c, l, area)) put_claim(c, l);
     }
     for (int k = 0; k < 3; k++) {
         const WaveLanding *l = &c->landings.items[corner[k]->first];
@@ -190,11 +208,43 @@ static Rgb corner_weight(const WaveCorner *const corner[3]) {
     return most;
 }
 
+static void put_photon(Cells *c, const WaveLanding *l, Rgb weight, double scale, double least, Rng *rng) {
+    double size = fmax(fabs(weight.r), fmax(fabs(weight.g), fabs(weight.b)));
+    double chance = least > 0 ? fmin(1, size / least) : 1;
+    if (!(size > 0) || rng_next(rng) >= chance) return;
+    WaveLanding photon = *l;
+    photon.weight = weight;
+    put_splat(c, &photon, scale / chance, rng_next(rng));
+    if (c->seen) put_deposit(c, &photon, scale / chance);
+}
+
+/* What a ray finds at its place in a triangle, less what the triangles have put there. In the mean that is
+ * what they lack: paths that none claimed, a feature that no corner met, weight that bends between corners.
+ * So a grid's energy is right however coarse it is. */
+static void put_difference(Cells *c, const WaveCorner *ray, double scale, double least, Rng *rng) {
+    const WaveLanding *found = &c->landings.items[ray->first];
+    bool met[CLAIMED_MAX] = {false};
+    for (uint32_t i = 0; i < ray->count; i++) {
+        const Claim *claim = claimed(c, found[i].path);
+        if (claim && met[claim - c->claims]) claim = NULL; /* triangles have the first of the same kind */
+        Rgb weight = claim ? rgb_sub(found[i].weight, claim->weight) : found[i].weight;
+        if (claim) met[claim - c->claims] = true;
+        put_photon(c, &found[i], weight, scale, claim ? least : 0, rng);
+    }
+    for (size_t i = 0; i < c->claim_count; i++) {
+        const Claim *claim = &c->claims[i];
+        const WaveLanding *corner = &c->landings.items[claim->landing[(int)(3 * rng_next(rng))]];
+        if (!met[i]) put_photon(c, corner, rgb_scale(claim->weight, -1), scale, least, rng);
+    }
+}
+
 static void leave_to_photon(Cells *c, const WaveCorner *const corner[3], double area, double left) {
-    c->out->left += left * rgb_max(corner_weight(corner)) * area;
+    Rgb start = corner_weight(corner);
+    c->out->left += left * rgb_max(start) * area;
+    uint64_t leaf = c->leaves++;
     if (!c->view) return;
-    Rng rng = rng_make(rng_combine(c->key, c->photons++));
-    double chance = fmin(1, left / PHOTON_SHARE);
+    Rng rng = rng_make(rng_combine(c->key, leaf));
+    double chance = clamp(left / PHOTON_SHARE, LOOK_CHANCE, 1);
     if (rng_next(&rng) >= chance) return;
     double a = sqrt(rng_next(&rng)), b = rng_next(&rng), w[3] = {1 - a, a * (1 - b), a * b}, u = 0, v = 0;
     for (int k = 0; k < 3; k++) {
@@ -203,12 +253,7 @@ static void leave_to_photon(Cells *c, const WaveCorner *const corner[3], double 
     }
     size_t top = c->landings.count;
     WaveCorner ray = wave_corner(c->run, c->front, u, v, 0, &c->landings, &c->out->account);
-    for (uint32_t i = 0; i < ray.count; i++) {
-        const WaveLanding *l = &c->landings.items[ray.first + i];
-        if (claimed(c, l->path)) continue;
-        put_splat(c, l, area / chance, rng_next(&rng));
-        if (c->seen) put_deposit(c, l, area / chance);
-    }
+    put_difference(c, &ray, area / chance, PHOTON_SHARE * chance * rgb_max(start), &rng);
     c->landings.count = top;
 }
 
@@ -217,8 +262,8 @@ static void leave_to_photon(Cells *c, const WaveCorner *const corner[3], double 
 static void triangle(
     Cells *c, const WaveCorner *a, const WaveCorner *b, const WaveCorner *d, double area, int splits) {
     const WaveCorner *const corner[3] = {a, b, d};
-    size_t before = c->claimed_count;
-    bool may_split = splits < SPLITS_MAX && c->claimed_count < CLAIMED_MAX;
+    size_t before = c->claim_count;
+    bool may_split = splits < SPLITS_MAX && c->claim_count < CLAIMED_MAX;
     double left = claim(c, corner, area, may_split);
     if (left > SPLIT_SHARE && may_split) {
         size_t top = c->landings.count;
@@ -233,13 +278,9 @@ static void triangle(
         triangle(c, &m[2], &m[1], d, area / 4, splits + 1);
         triangle(c, &m[0], &m[1], &m[2], area / 4, splits + 1);
         c->landings.count = top;
-    } else if (left > 0)
+    } else
         leave_to_photon(c, corner, area, left);
-    c->claimed_count = before;
-}
-
-static bool lands(const WaveCorner *a, const WaveCorner *b, const WaveCorner *c) {
-    return a->count || b->count || c->count;
+    c->claim_count = before;
 }
 
 /* Diagonals alternate, so that the map has no grain. */
@@ -247,8 +288,8 @@ static void cell(Cells *c, const WaveCorner *row, const WaveCorner *next, int i,
     const WaveCorner *p = &row[i], *q = &row[i + 1], *r = &next[i], *s = &next[i + 1];
     bool turned = (i + j) & 1;
     const WaveCorner *one[3] = {p, q, turned ? r : s}, *two[3] = {s, r, turned ? q : p};
-    if (lands(one[0], one[1], one[2])) triangle(c, one[0], one[1], one[2], area / 2, 0);
-    if (lands(two[0], two[1], two[2])) triangle(c, two[0], two[1], two[2], area / 2, 0);
+    triangle(c, one[0], one[1], one[2], area / 2, 0);
+    triangle(c, two[0], two[1], two[2], area / 2, 0);
 }
 
 /* ---- rows of corners ---- */

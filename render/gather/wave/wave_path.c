@@ -48,16 +48,20 @@ static void tally(Walk *w, size_t offset, Rgb flux) {
 
 static uint64_t mix(uint64_t path, uint64_t value) { return rng_combine(path, value); }
 
-/* What tells surfaces apart: the object and the side; on flat facets the normal too, for each is a map of its
- * own. Facets that lie in one plane are one. */
-static uint64_t surface_of(const Hit *hit, bool front, const Object *o) {
+/* Facets that lie in one plane are one. */
+static uint64_t facet_of(const Hit *hit, bool front) {
     uint64_t id = (uint64_t)(uint32_t)hit->object * 2 + front;
-    bool flat = !o->exact && (!o->mesh.normals || v3_dot(hit->ns, hit->ng) > 1 - 1e-12);
-    if (!flat) return id;
     uint64_t x = (uint64_t)(int64_t)lrint(hit->ng.x * FACET_STEPS),
              y = (uint64_t)(int64_t)lrint(hit->ng.y * FACET_STEPS),
              z = (uint64_t)(int64_t)lrint(hit->ng.z * FACET_STEPS);
     return mix(id, x * 0x1fffu * 0x1fffu + y * 0x1fffu + z);
+}
+
+/* What tells surfaces apart: the object and the side; on flat facets the normal too, for each is a map of its
+ * own. */
+static uint64_t surface_of(const Hit *hit, bool front, const Object *o) {
+    bool flat = !o->exact && (!o->mesh.normals || v3_dot(hit->ns, hit->ng) > 1 - 1e-12);
+    return flat ? facet_of(hit, front) : (uint64_t)(uint32_t)hit->object * 2 + front;
 }
 
 static uint8_t byte_count(unsigned n) { return (uint8_t)(n < 255 ? n : 255); }
@@ -104,22 +108,35 @@ static bool survives(const Walk *w, uint64_t path, double keep) {
     return rng_unit(rng_combine(rng_combine(w->run->key, w->run->pass), path)) < keep;
 }
 
-static void push(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, V3 wi, const ScatterSample *s,
-    double share, bool partial) {
+/* How a branch leaves a surface. */
+typedef struct Way {
+    ScatterSample sample;
+    double share; /* of the light */
+    bool partial; /* a reflection that leaves light to refraction */
+    bool bent;    /* by a bent normal: its weight holds all corrections, and each facet is a map of its own */
+} Way;
+
+static uint64_t path_after(const Branch *b, const Hit *hit, bool front, const Object *o, const Way *way) {
+    uint64_t at = way->bent ? facet_of(hit, front) : surface_of(hit, front, o);
+    return mix(mix(b->path, at), way->bent ? 3 : (way->sample.transmit ? 2 : 1));
+}
+
+static void push(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, V3 wi, const Way *way) {
+    const ScatterSample *s = &way->sample;
     unsigned seen_by = b->ray.visibility;
     Branch next = *b;
-    next.flux = rgb_scale(rgb_mul(b->flux, s->weight), share);
+    next.flux = rgb_scale(rgb_mul(b->flux, s->weight), way->share);
     if (s->lobe != LOBE_TRANSPARENT) {
         const Object *o = &w->run->scene->objects[hit->object];
         seen_by = VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION;
-        next.correction *= shading_adjoint(frame, wi, s->wo);
+        if (!way->bent) next.correction *= shading_adjoint(frame, wi, s->wo);
         next.eta *= s->eta;
         next.met = true;
         bool is_first = b->chain.glossy + b->chain.transmission == 0;
         chain_add_from_light(&next.chain, s->lobe, s->transmit);
         if (is_first) next.first = next.chain;
         next.left_visible = o->visibility;
-        next.path = mix(mix(b->path, surface_of(hit, frame->front, o)), s->transmit ? 2 : 1);
+        next.path = path_after(b, hit, frame->front, o, way);
         next.depth++;
         if (!bounces_allow(&w->run->scene->bounces, 0, next.chain.glossy - next.first.glossy,
                 next.chain.transmission - next.first.transmission)) {
@@ -128,7 +145,7 @@ static void push(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, 
         }
     }
     double keep = 1;
-    if (partial && ++next.reflections > REFLECTIONS_SURE) keep *= REFLECT_KEEP;
+    if (way->partial && ++next.reflections > REFLECTIONS_SURE) keep *= REFLECT_KEEP;
     if (next.depth > PHOTONS_WAVE_DEPTH) { /* estimator P's, in its account */
         TALLY(w, emitted, rgb_scale(next.flux, -1));
         return;
@@ -147,6 +164,35 @@ static void push(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, 
     w->stack[w->count++] = next;
 }
 
+/* Light is scattered by a normal that the eye may see bent. What a lamp without extent sends is found by no
+ * eye path, and not bent (photons.c). */
+static bool may_bend(const Walk *w, const Hit *hit) {
+    const BentSet *bent = w->run->bent;
+    return bent && bent->objects[hit->object].bends && !w->run->light->delta;
+}
+
+/* What leaves by the normal as it is but would be seen by a bent one: refracted it is cross_bent()'s,
+ * mirrored it is photons' that start there. */
+static bool leaves_bent(const Walk *w, const Hit *hit, const ShadingFrame *frame, const ScatterSample *s) {
+    return s->lobe != LOBE_TRANSPARENT && may_bend(w, hit) && light_is_bent(frame, s->wo) &&
+           !(s->transmit && w->run->bent->objects[hit->object].eta == 0);
+}
+
+/* Refraction by a normal that is seen bent goes one way, which photons find likewise (bent_turn.c). */
+static void cross_bent(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, V3 wi) {
+    if (!may_bend(w, hit)) return;
+    BentTurn turn = bent_prepare(w->run->bent, hit, frame, wi);
+    if (!(turn.cross > 0)) return;
+    const Material *m = hit->material;
+    ShadingFrame bent = {frame->ng, turn.through, frame->front};
+    Way way = {.share = m->kind->reflected ? 1 - m->kind->reflected(m, &bent, wi) : 1, .bent = true};
+    double u[4] = {0.5, 0.5, 1 - 0x1p-53, 0};
+    if (!(way.share > 0) || !bent_turn(&turn, hit, frame, wi, true, u, &way.sample)) return;
+    if (!(b->left_visible & visibility_after(way.sample.lobe, true))) return;
+    TALLY(w, bent, rgb_scale(rgb_mul(b->flux, way.sample.weight), -way.share));
+    push(w, b, hit, frame, wi, &way);
+}
+
 /* Both ways on from an interface; returns what neither takes. */
 static Rgb split(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, V3 wi, unsigned lobes) {
     const Material *m = hit->material;
@@ -162,7 +208,11 @@ static Rgb split(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, 
         Rgb on = rgb_scale(rgb_mul(b->flux, s.weight), share);
         if (rgb_black(on)) continue;
         left = rgb_sub(left, on);
-        push(w, b, hit, frame, wi, &s, share, m->kind->reflected && !s.transmit && reflected < 1);
+        Way taken = {s, share, m->kind->reflected && !s.transmit && reflected < 1, false};
+        if (leaves_bent(w, hit, frame, &s))
+            TALLY(w, bent, on);
+        else
+            push(w, b, hit, frame, wi, &taken);
     }
     return left;
 }
@@ -187,6 +237,7 @@ static void surface(Walk *w, Branch *b, const Hit *hit) {
     if (!o->casts || !waved) lobes &= ~(unsigned)LOBE_SPECULAR;
     bool lands = receives(b, o);
     if (lands) land(w, b, hit, &frame, wi);
+    if (lobes & LOBE_SPECULAR) cross_bent(w, b, hit, &frame, wi);
     Rgb left = lobes ? split(w, b, hit, &frame, wi, lobes) : b->flux;
     if (lands)
         TALLY(w, landed, left);
