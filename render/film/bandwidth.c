@@ -109,7 +109,9 @@ static void choose(Bandwidth *b, const Sums *s, const double *cost, double shrin
 double bandwidth_bias2(const Film *bias, size_t pixel) {
     if (bias->passes < 2) return 0;
     double n = (double)bias->passes, sum = 0;
-    for (size_t c = 3 * pixel; c < 3 * pixel + 3; c++) sum += square(bias->sum[c]) - bias->square_sum[c];
+    for (size_t c = 3 * pixel; c < 3 * pixel + 3; c++)
+        sum += square(bias->sum[c] + (double)bias->sum_low[c]) -
+               (bias->square_sum[c] + (double)bias->square_low[c]);
     return sum / (3 * n * (n - 1));
 }
 

@@ -54,7 +54,7 @@ BODIES = {
 def picture(estimator, layer, s):
     words = ["--layers", "beauty,error", "--photons", 16 * SIZE[0] * SIZE[1]]
     if estimator != "R":
-        words = ["--photons", 20000, "--effects", "direct"]
+        words = ["--photons", 100000 if estimator == "P" else 20000, "--effects", "direct"]
     return run(s, "--estimator", estimator, *words)[layer]
 
 
@@ -65,9 +65,14 @@ def main():
             for estimator, layer in (("R", "beauty"), ("P", "caustics_Lamp"), ("W", "caustics_Lamp")):
                 on, sunk, lifted = (picture(estimator, layer, standing(shape, height, degrees, sink, sink > 0))
                                     for sink in (0, SINK, -SINK))
-                error, other = (np.sqrt(((a - sunk) ** 2).mean() / (sunk**2).mean()) for a in (on, lifted))
-                # The same random numbers: what differs is the body's rim, by a hair. A few photons meet it.
-                check.that(error < (0.01 if estimator == "R" else 0.1) and error < 0.05 * other,
+                # R with the same random numbers: what differs is the body's rim, by a hair. Kernels are learned from
+                # the photons, a few of which meet that rim, and the card's edge bounds them: of P and W the light is
+                # compared, not the pixels.
+                if estimator == "R":
+                    error, other = (np.sqrt(((a - sunk) ** 2).mean() / (sunk**2).mean()) for a in (on, lifted))
+                else:
+                    error, other = (abs(a.mean() / sunk.mean() - 1) for a in (on, lifted))
+                check.that(error < (0.01 if estimator == "R" else 0.05) and error < 0.05 * other,
                            f"{name}, table at {height} m turned by {degrees}: {estimator} differs by {100 * error:.2g} %,"
                            f" of a lifted body by {100 * other:.2g} %")
     check.end()
