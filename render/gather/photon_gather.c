@@ -80,6 +80,9 @@ static bool faces_alike(Sum *s, const int16_t normal[2]) {
     return s->faces;
 }
 
+/* Deposits that lie lower, in radii, may be under another sheet. */
+#define HIDDEN_LEAST 1e-3
+
 static void add_deposit(void *data, const Deposit *d, double distance2) {
     Sum *s = data;
     V3 place = v3((double)d->position[0], (double)d->position[1], (double)d->position[2]);
@@ -90,6 +93,9 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     if (fabs(height) > SUPPORT_HEIGHT * r) return;
     if (!faces_alike(s, d->normal)) return;
     if (!bounces_pass(&s->run->scene->bounces, s->point, d)) return;
+    if (s->support->layered && height < -HIDDEN_LEAST * r &&
+        support_hidden(s->run->trace, s->point, s->support, place, -height))
+        return;
     if (s->support->mixed &&
         !support_sees(s->run->trace, s->point, s->support, v3_mad(place, -height, s->normal)))
         return;

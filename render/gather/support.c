@@ -159,6 +159,14 @@ bool support_sees(const TraceScene *trace, const EyePoint *point, const Support 
     return !trace_anything_between(trace, &ray);
 }
 
+bool support_hidden(
+    const TraceScene *trace, const EyePoint *point, const Support *support, V3 place, double depth) {
+    V3 n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2]);
+    double off = 0.01 * depth;
+    Ray ray = ray_from_point(v3_mad(place, off, n), n, 0, depth - off + LIFT * support->radius, 0);
+    return trace_anything_between(trace, &ray);
+}
+
 /* The same by a ray along the normal, through the slab in which deposits count and whatever else lies in it:
  * what hides the place is support_sees()'s to say. */
 static bool above_sheet(
@@ -217,6 +225,7 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
         }
     if (!near.dense) sort_out(found, count, &plane, point, facing, radius, &near);
     out->mixed = near.blockers || near.dense;
+    out->layered = near.dense || (!near.full && sheet_integral(&near, radius) > (1 + 1e-6) * open);
     if (out->mixed) {
         probe_integral(trace, point, out, &plane, &near);
     } else if (!near.full) {

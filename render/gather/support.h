@@ -16,12 +16,17 @@ typedef struct Support {
     double integral; /**< of the kernel 1 - (d/r)^2 over the surface; pi r^2 / 2 on an open plane */
     double inner;    /**< the same of the kernel of radius r / sqrt(2), which tells the bias of the other */
     bool mixed;      /**< something stands in the disk: photons must pass support_sees() */
+    bool layered; /**< one sheet may lie over another (tiles): lower photons must not be support_hidden() */
 } Support;
 
 void support_find(const TraceScene *trace, const EyePoint *point, double radius, Support *out);
 
 /** True when nothing stands between the point and another place on its surface. */
 bool support_sees(const TraceScene *trace, const EyePoint *point, const Support *support, V3 place);
+
+/** True when another sheet lies between the plane of the point's surface and a place `depth` below it. */
+bool support_hidden(
+    const TraceScene *trace, const EyePoint *point, const Support *support, V3 place, double depth);
 
 /** Largest height over the tangent plane, in radii, at which a deposit still counts as on the same surface.
  */
