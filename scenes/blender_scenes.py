@@ -10,7 +10,7 @@ seconds. `--save FILE.blend` keeps the Blender scene, `--spp 0` renders nothing.
 What has no exact counterpart in Cycles 3.4 and how it is built:
   plastic   with Schlick's term: Glossy over Diffuse, weighted so that the directional albedo towards the eye is that of
             the scene format (GGX coat, Schlick, the Lambert part scaled by one minus the coat's albedo).
-            "fresnel": "dielectric": the Principled BSDF that artists use; its base is Disney's and not dimmed in 3.4.
+            "fresnel": "dielectric": the Principled BSDF that artists use, in 3.4 with "base": "burley".
   metal     with edge_color unlike color: Glossy weighted in the same way (exact at roughness 0).
   exact sphere, cylinder, heightfield: fine meshes with smooth normals (shapes.py).
 """

@@ -25,7 +25,6 @@ COLUMNS = ["scene", "samples per pixel", "values outside, %", "by chance, %", "m
            "worst 8x8 block: row, column", "its difference, %", "its 2 sigma, %", "CPU s", "verdict"]
 DISC = ("Cycles 3.4's point lamp of radius r is a disc that faces the receiver, ours is a ball: up to (r / d)^2 more light "
         "at the distance d")
-PRINCIPLED = "the base of Cycles 3.4's Principled is Disney's lobe and not dimmed by the coat"
 PLASTIC = "in Cycles 3.4 nodes can only weigh a coat with its Fresnel term at the normal, not at the half vector"
 # Highlights of small lamps are rare finds for a path tracer: more samples. A black picture needs few.
 FACTOR = {"filter_box": 8, "filter_gauss": 8, "filter_bh": 8, "a_ball": 4, "c_water": 1 / 64}
@@ -34,8 +33,6 @@ KNOWN = {
     "cards": DISC,
     "plastic": PLASTIC,
     "plastic_rough": PLASTIC,
-    "plastic_principled": PRINCIPLED,
-    "plastic_rough_principled": PRINCIPLED,
     "rough": "Cycles 3.4 takes the Fresnel term of rough glass at the normal; " + PLASTIC,
     "emission": "mesh lights are not yet supported",
 }

@@ -69,12 +69,20 @@ typedef struct MaterialKind {
     Rgb (*eval)(const Material *m, const ShadingFrame *f, V3 wi, V3 wo, unsigned lobes, double *pdf);
     /** The Lambert albedo that a receiver shows towards `eye` (unit). NULL: not a receiver. */
     Rgb (*albedo)(const Material *m, const ShadingFrame *f, V3 eye);
+    /** What albedo() leaves out: how much of the light from `light` counts at a receiver, about 1. NULL: all.
+     */
+    double (*received)(const Material *m, const ShadingFrame *f, V3 light);
     /** Fraction of light passed straight through, for shadow rays. NULL: opaque. */
     Rgb (*transparency)(const Material *m);
 } MaterialKind;
 
 /** Keeps all the light that meets it; it has no lobes. */
 extern const Material material_black;
+
+/** How much of the light from `light` counts at a receiver of this material. */
+static inline double material_received(const Material *m, const ShadingFrame *f, V3 light) {
+    return m->kind->received ? m->kind->received(m, f, light) : 1.0;
+}
 
 const MaterialKind *material_find(const char *name);
 const MaterialKind *const *material_kinds(size_t *count);

@@ -78,7 +78,7 @@ static uint8_t byte_count(unsigned n) { return (uint8_t)(n < 255 ? n : 255); }
 static void deposit(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi) {
     double ns = v3_dot(wi, frame->ns), ng = v3_dot(wi, frame->ng);
     if (ns <= 0 || ng <= 0) return;
-    double factor = f->correction * ns / ng / f->photons;
+    double factor = f->correction * ns / ng / f->photons * material_received(hit->material, frame, wi);
     if (!f->run->physical) factor /= square(f->eta);
     Rgb e = rgb_scale(f->flux, factor);
     PhotonBatch *b = f->batch;

@@ -290,6 +290,7 @@ class Surfaces(Case):
     def test_principled(self):
         made, notes = self.principled(Base_Color=(0.5, 0.25, 0.1, 1), Roughness=0.3)
         self.assertEqual((made["type"], made["fresnel"], notes), ("plastic", "dielectric", []))
+        self.assertEqual(made.get("base"), None if NEW else "burley")
         np.testing.assert_allclose([made["roughness"], made["specular"], *made["color"]], [0.3, 0.5, 0.5, 0.25, 0.1], rtol=1e-5)
         made, notes = self.principled(Base_Color=(1, 0.8, 0.5, 1), Metallic=1.0, Roughness=0.1)
         self.assertEqual((made["type"], made["edge_color"], notes), ("metal", [1, 1, 1], []))

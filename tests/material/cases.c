@@ -81,6 +81,11 @@ void for_each_case(void (*visit)(const Case *c, Rng *rng)) {
     }
 }
 
+bool case_is_burley(const Case *c) {
+    return c->m.kind->received &&
+           c->m.kind->received(&c->m, &(ShadingFrame){.ng = {0, 0, 1}, .ns = {0, 0, 1}}, v3(0, 0, 1)) != 1.0;
+}
+
 void expect_true(const Case *c, const char *what, bool ok) {
     if (!ok) fail_msg("%s: %s", c ? c->label : "", what);
 }

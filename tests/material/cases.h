@@ -26,6 +26,9 @@ Material make_material(const char *kind, ...);
  *  limits. Calls `visit` with each; the label is printed on failure. */
 void for_each_case(void (*visit)(const Case *c, Rng *rng));
 
+/** A base that gets all the light although a coat above it reflects some, as Cycles' does: it makes light. */
+bool case_is_burley(const Case *c);
+
 /** Fails with the label, the name of the quantity and the numbers. */
 void expect_near(const Case *c, const char *what, double got, double want, double tolerance);
 void expect_true(const Case *c, const char *what, bool ok);
@@ -50,6 +53,7 @@ void random_u(Rng *rng, double u[3]);
 int run_generic_tests(void);
 int run_glass_tests(void);
 int run_coat_tests(void);
+int run_burley_tests(void);
 int run_normal_tests(void);
 
 #endif

@@ -231,9 +231,11 @@ class Principled:
             specular = 2 * specular * ((ior - 1) / (ior + 1)) ** 2 / 0.08
         if specular > 1:
             self.reader.say(f"its specular level reflects more ({0.08 * specular:.3g} straight on) than 0.08, the most that is built")
-        if specular <= 0:
+        if specular <= 0 and self.new:
             return Closure("diffuse", {"color": color}, name=self.node.name)
-        params = {"color": color, "roughness": self.number("Roughness"), "specular": min(specular, 1.0), "fresnel": "dielectric"}
+        params = {"color": color, "roughness": self.number("Roughness"), "specular": min(max(specular, 0.0), 1.0), "fresnel": "dielectric"}
+        if not self.new:
+            params["base"] = "burley"
         return Closure("plastic", params, name=self.node.name)
 
 

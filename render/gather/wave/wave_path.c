@@ -71,7 +71,7 @@ static uint8_t byte_count(unsigned n) { return (uint8_t)(n < 255 ? n : 255); }
 static void land(Walk *w, const Branch *b, const Hit *hit, const ShadingFrame *frame, V3 wi) {
     double ns = v3_dot(wi, frame->ns), ng = v3_dot(wi, frame->ng);
     if (ns <= 0 || ng <= 0) return;
-    double factor = b->correction * ns / ng;
+    double factor = b->correction * ns / ng * material_received(hit->material, frame, wi);
     if (!w->run->physical) factor /= square(b->eta);
     Rgb weight = rgb_scale(b->flux, factor);
     if (!rgb_finite(weight) || rgb_black(weight) || !v3_finite(hit->position)) {
