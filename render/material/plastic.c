@@ -65,7 +65,8 @@ static void prepare(Material *m) {
     derived->burley_mean = burley_mean_albedo(p->roughness);
     coat_prepare(coat, 0.08 * p->specular, p->fresnel == FRESNEL_DIELECTRIC, ggx_alpha(p->roughness));
     m->lobes = LOBE_DIFFUSE;
-    bool coated = p->specular > 0.0 || p->fresnel != FRESNEL_DIELECTRIC; /* Schlick's term of 0 is 1 at grazing */
+    bool coated =
+        p->specular > 0.0 || p->fresnel != FRESNEL_DIELECTRIC; /* Schlick's term of 0 is 1 at grazing */
     if (coated) m->lobes |= coat->alpha > 0.0 ? LOBE_GLOSSY : LOBE_SPECULAR;
 }
 
