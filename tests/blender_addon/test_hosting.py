@@ -88,6 +88,7 @@ class Guests(Case):
     def test_never_twice(self):
         """With the sliders in the compositor, F12 renders without caustics of Cycles' own, and puts the settings back."""
         scene = self.table()
+        self.assertIs(handlers.added_in_compositor(scene), False)  # no compositor yet
         seen = []
 
         def look(s, *_):

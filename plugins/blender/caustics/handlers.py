@@ -119,7 +119,10 @@ class Guard:
 
 
 def added_in_compositor(scene):
-    tree = getattr(scene, "compositing_node_group", None) or (scene.node_tree if getattr(scene, "use_nodes", False) else None)
+    if hasattr(scene, "compositing_node_group"):  # 5.0 on; None without compositing
+        tree = scene.compositing_node_group
+    else:
+        tree = scene.node_tree if scene.use_nodes else None
     return bool(tree and scene.render.use_compositing
                 and any(n.get(MARK) and n.bl_idname == "CompositorNodeGroup" and not n.mute for n in tree.nodes))
 

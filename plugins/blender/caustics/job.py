@@ -153,6 +153,8 @@ class Job:
             kept.set(settings, "color_mode", "RGBA")
             kept.set(settings, "color_depth", "32" if self.options.full_float else "16")
             kept.set(settings, "exr_codec", "ZIP")
+            if hasattr(scene.render.image_settings, "use_exr_interleave"):  # 5.0 cannot write parts of uneven pixels
+                kept.set(settings, "use_exr_interleave", True)
             image.save_render(path, scene=scene)
         except RuntimeError as error:
             if self.options.beauty == "LAST":
