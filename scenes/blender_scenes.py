@@ -264,6 +264,8 @@ def add_light(spec):
     l = bpy.data.lights.new(spec["name"], {"sun": "SUN", "point": "POINT", "spot": "SPOT", "area": "AREA"}[kind])
     l.color = spec.get("color", (1, 1, 1))
     l.energy = spec["strength"] if kind == "sun" else spec["power_w"]
+    if kind == "area" and bpy.app.version >= (4, 0, 0):  # P / (pi area) there, P / (4 area) here
+        l.energy *= math.pi / 4
     if kind == "sun":
         l.angle = math.radians(spec.get("angle_deg", 0.0))
     elif kind == "area":

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The add-on's long tests, in the installed Blender: against Cycles, hand-over of meshes, a killed animation, a real window.
-# usage: bench/blender/run.sh [against_cycles|mesh_handover|animation|window|versions]...     needs build/bin; all by default
-# versions: the add-on's tests in other Blenders, those that bench/hosts/run.sh installs into build/bpy.
+# usage: bench/blender/run.sh [against_cycles|lamps|mesh_handover|animation|window|versions]...     needs build/bin; all by default
+# versions: the add-on's tests, and the lamps, in other Blenders, those that bench/hosts/run.sh installs into build/bpy.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export CAUSTICS_BIN=${CAUSTICS_BIN:-$PWD/build/bin} PYTHONDONTWRITEBYTECODE=1
-[ $# -gt 0 ] || set -- against_cycles mesh_handover animation window versions
+[ $# -gt 0 ] || set -- against_cycles lamps mesh_handover animation window versions
 in_blender() { "${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 --python "$@" | grep -v -e '^Fra:' -e '^Saved'; }
 for what in "$@"; do
   case $what in
@@ -15,6 +15,7 @@ for what in "$@"; do
     for blender in "${CAUSTICS_BPY:-build/bpy}"/*/blender; do
       echo "$blender"
       for t in scenes runs hosting; do BLENDER=$blender in_blender "tests/blender_addon/test_$t.py"; done
+      BLENDER=$blender in_blender bench/blender/lamps.py
     done
     ;;
   *) in_blender "bench/blender/$what.py" ;;

@@ -2,18 +2,22 @@
 /* A point light seen through a cone. The cone does not raise the intensity. The falloff is Cycles 3.4's
  * (kernel/light/spot.h, spot_light_attenuation): smoothstep over the blend zone times the cosine to the axis.
  * The cosine is no mistake: 100 W, radius 0.1 m seen at 7.125 degrees renders 251.35 where 253.30 cos gives
- * it. */
+ * it. From Blender 4.2 on (4.0 and 4.1 were not measured) Cycles has none: falloff "none". */
 #include "render/light/ball.h"
 
 typedef struct SpotParams {
-    double color[3], power_w, radius_m, cone_deg, blend;
+    double color[3], power_w, radius_m, cone_deg, blend, falloff;
 } SpotParams;
 
 enum {
     SPOT_HEIGHT = BALL_DERIVED,
     SPOT_SOFT,
-    SPOT_CAP
-}; /* h the half angle: 1 - cos h; blend zone; 1 + sin h */
+    SPOT_CAP,
+    SPOT_EVEN
+}; /* h the half angle: 1 - cos h; blend zone; 1 + sin h; 1 without the cosine */
+
+enum { FALLOFF_COSINE, FALLOFF_NONE };
+static const char *const falloffs[] = {"cosine", "none", NULL};
 
 static const Param params[] = {
     LIGHT_COLOR,
@@ -23,6 +27,14 @@ static const Param params[] = {
     LIGHT_NUMBER(SpotParams, cone_deg, "deg", 45, 0, 180, PARAM_REQUIRED | PARAM_MIN_EXCLUDED,
         "full angle of the cone"),
     LIGHT_NUMBER(SpotParams, blend, "", 0.15, 0, 1, 0, "share of the cone over which the edge is softened"),
+    {.name = "falloff",
+        .type = PARAM_CHOICE,
+        .unit = "",
+        .offset = offsetof(SpotParams, falloff),
+        .max = 1,
+        .choices = falloffs,
+        .help =
+            "within the cone: with the cosine to its axis, as in Blender 3.4, or none, as in 4.2 and later"},
 };
 
 static cau_result prepare(const LightSource *source, const Affine *to_scene, double flux_scale, Light *out,
@@ -34,6 +46,7 @@ static cau_result prepare(const LightSource *source, const Affine *to_scene, dou
     out->derived[SPOT_HEIGHT] = one_minus_cos(half);
     out->derived[SPOT_SOFT] = out->derived[SPOT_HEIGHT] * p->blend;
     out->derived[SPOT_CAP] = 1.0 + sin(half);
+    out->derived[SPOT_EVEN] = p->falloff == FALLOFF_NONE;
     return CAU_OK;
 }
 
@@ -44,7 +57,7 @@ static double attenuation(const Light *l, V3 travel) {
     double inside = l->derived[SPOT_HEIGHT] - 0.5 * v3_dot(chord, chord), c = v3_dot(travel, l->n);
     if (!(inside > 0.0) || !(c > 0.0)) return 0.0;
     double t = inside < l->derived[SPOT_SOFT] ? inside / l->derived[SPOT_SOFT] : 1.0;
-    return c * t * t * (3.0 - 2.0 * t);
+    return (l->derived[SPOT_EVEN] > 0.0 ? 1.0 : c) * t * t * (3.0 - 2.0 * t);
 }
 
 static bool attenuate(const Light *l, LightSample *out) {

@@ -88,6 +88,7 @@ void for_each_lamp(void (*visit)(const Lamp *l, Rng *rng)) {
         make_lamp("spot", "power_w", 100.0, "cone_deg", 170.0, "blend", 1.0, NULL),
         make_lamp("spot", "power_w", 100.0, "cone_deg", 60.0, "radius_m", 0.3, NULL),
         make_lamp("spot", "power_w", 100.0, "cone_deg", 180.0, "radius_m", 0.1, NULL),
+        make_lamp("spot", "power_w", 100.0, "cone_deg", 90.0, "radius_m", 0.1, "falloff", 1.0, NULL),
         make_lamp("area", "power_w", 100.0, "size", 0.1, NULL),
         make_lamp("area", "power_w", 100.0, "size", 2.0, NULL),
         make_lamp("area", "power_w", 100.0, "size", 1.0, "shape", 1.0, NULL),

@@ -28,6 +28,9 @@ static void figures_measured_in_cycles(void **state) {
     expect_near(&ball, "radiance", seen(&ball, v3(0, -4, 0)), 253.30444, 3e-3);
     Lamp spot = make_lamp("spot", "power_w", 100.0, "radius_m", 0.1, "cone_deg", 60.0, "blend", 0.0, NULL);
     expect_near(&spot, "radiance at 7.125 degrees", seen(&spot, aside), 251.34657, 3e-3);
+    Lamp even = make_lamp(
+        "spot", "power_w", 100.0, "radius_m", 0.1, "cone_deg", 60.0, "blend", 0.0, "falloff", 1.0, NULL);
+    expect_near(&even, "radiance at 7.125 degrees in 4.2", seen(&even, aside), 253.30444, 3e-3);
     for (double blend = 0.0; blend < 0.2; blend += 0.15) {
         Lamp axis = make_lamp("spot", "power_w", 100.0, "cone_deg", 60.0, "blend", blend, NULL);
         expect_near(&axis, "irradiance on the axis", irradiance(&axis.light, below, UP, 1), 1.98934, 1e-4);
