@@ -129,7 +129,8 @@ def set_distribution(node, roughness):
 
 def plastic_principled(tree, m):
     n = tree.nodes.new("ShaderNodeBsdfPrincipled")
-    n.distribution = "GGX"
+    if bpy.app.version < (4, 0, 0):  # from there on its default is Multiscatter GGX, as artists have it
+        n.distribution = "GGX"
     n.inputs["Base Color"].default_value = (*m["color"], 1)
     n.inputs["Roughness"].default_value = m.get("roughness", 0.5)
     set_input(n, ("Specular", "Specular IOR Level"), m.get("specular", 0.5))

@@ -4,8 +4,9 @@
   CAUSTICS_BIN=build/bin blender -b --factory-startup --python bench/blender/against_cycles.py -- [--spp N] [--seeds K] [NAME...]
 
 For each scene of tests/blender_addon/built.py, and files of scenes/, at 96x54: what the add-on adds (its result less its
-picture), against (caustics on - caustics off) of Cycles by the same seeds, K times; and estimator R's beauty of the exported
-scene against Cycles' own with caustics off, which checks camera, lights, filter and materials. A scene passes when the
+picture), against (caustics on - that picture at as many samples) of Cycles by the same seeds, K times; and estimator R's beauty of
+the exported scene against the picture, which checks camera, lights, filter and materials. "Picture / Cycles off": what the
+add-on switches besides Cycles' own caustics (bases.py). A scene passes when the
 means differ by at most 2 % + 2 standard errors of both. Blocks of 8x8 pixels: the share beyond 5 % of the mean + 3 of their own
 standard errors. Prints one line a scene; exit code 1 when one fails."""
 import argparse
@@ -22,6 +23,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(HERE)), "tests",
 from support import Case, built, caustics, layers, np  # noqa: E402
 
 import blender_scenes  # noqa: E402
+
+from caustics import bases, switches  # noqa: E402
 
 FILES = ("a_ball_sun5", "d_wineglass", "plastic_room")
 RELATIVE, SIGMAS, BLOCK = 0.02, 2.0, 8
@@ -48,8 +51,13 @@ def build(name):
     return scene
 
 
-def cycles(scene, on, seed, spp, folder):
-    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = on
+def cycles(scene, mode, seed, spp, folder):
+    """mode: on, off, or picture: as the add-on renders it."""
+    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = mode == "on"
+    kept = switches.Switches(scene)
+    if mode == "picture":
+        kept.cut_tricks()
+        kept.dim_bases()
     scene.cycles.seed, scene.cycles.samples = seed, spp
     im = scene.render.image_settings
     if hasattr(im, "media_type"):
@@ -57,6 +65,7 @@ def cycles(scene, on, seed, spp, folder):
     im.file_format, im.color_mode, im.color_depth = "OPEN_EXR", "RGB", "32"
     scene.render.filepath = os.path.join(folder, "cycles.exr")
     bpy.ops.render.render(write_still=True)
+    kept.restore()
     return layers(scene.render.filepath)[""]
 
 
@@ -87,8 +96,9 @@ def compare(name, spp, seeds, photons):
         case.folder = folder
         on, off, added, beauty = [], [], [], []
         for k in range(seeds):
-            off.append(cycles(scene, False, k, spp, folder))
-            on.append(cycles(scene, True, k, spp, folder))
+            off.append(cycles(scene, "picture", k, spp, folder))
+            on.append(cycles(scene, "on", k, spp, folder))
+        plain = cycles(scene, "off", 0, spp, folder).mean() if bases.needed() else off[0].mean()
         for k in range(seeds):
             scene.cycles.samples = 4
             job = caustics.generate(output=os.path.join(folder, "out"), photons=photons, seed=k, indirect="ON", keep_beauty=True)
@@ -106,7 +116,8 @@ def compare(name, spp, seeds, photons):
     textured = name == "textured"  # R has the mean in place of the texture
     ok = c[3] and (b[3] or textured)
     print(f"COMPARE {name:12} caustics / Cycles {c[0]:.4f} +- {c[1]:.4f}, blocks beyond {100 * c[2]:.1f} %; "
-          f"beauty / Cycles {b[0]:.4f} +- {b[1]:.4f}, blocks beyond {100 * b[2]:.1f} %; {time.time() - start:.0f} s: {'ok' if ok else 'FAILS'}", flush=True)
+          f"beauty / Cycles {b[0]:.4f} +- {b[1]:.4f}, blocks beyond {100 * b[2]:.1f} %; "
+          f"picture / Cycles off {off[0].mean() / plain:.4f}; {time.time() - start:.0f} s: {'ok' if ok else 'FAILS'}", flush=True)
     return ok
 
 

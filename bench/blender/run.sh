@@ -14,7 +14,7 @@ for what in "$@"; do
   versions)
     for blender in "${CAUSTICS_BPY:-build/bpy}"/*/blender; do
       echo "$blender"
-      for t in scenes runs hosting; do BLENDER=$blender in_blender "tests/blender_addon/test_$t.py"; done
+      for t in scenes bases runs hosting; do BLENDER=$blender in_blender "tests/blender_addon/test_$t.py"; done
       BLENDER=$blender in_blender bench/blender/lamps.py
     done
     ;;

@@ -23,6 +23,7 @@ class Reader:
         self.say, self.material = say, material
         self.textured = False  # a colour of a diffuse lobe varies over the surface
         self.tricks = []       # (material or group, its name, node, output) that let shadow or diffuse rays through
+        self.plastics = []     # (Principled node, parameters) of those with a coat over a base
 
     def get(self, what, sock, scope):
         value = fold(sock, scope)
@@ -148,7 +149,7 @@ def mix(reader, node, scope, depth):
 def note_tricks(reader, sock, scope, depth=0):
     """Remembers each link from Light Path that lets shadow or diffuse rays through."""
     out, inner = source(sock, scope)
-    if out is None or not out.is_output or depth > 20:
+    if out is None or not out.is_output or depth > 20 or out.node.get("caustics_base"):  # ours, of bases.py
         return
     if out.node.type == "LIGHT_PATH":
         if out.name in ("Is Shadow Ray", "Is Diffuse Ray"):
@@ -236,6 +237,7 @@ class Principled:
         params = {"color": color, "roughness": self.number("Roughness"), "specular": min(max(specular, 0.0), 1.0), "fresnel": "dielectric"}
         if not self.new:
             params["base"] = "burley"
+        self.reader.plastics.append((self.node, params))
         return Closure("plastic", params, name=self.node.name)
 
 

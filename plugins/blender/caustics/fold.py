@@ -178,6 +178,8 @@ def math_node(node, out, get):
     a, b, c = ([v.number() for v in values] + [0.0] * 3)[:3]
     if node.operation not in MATH:
         return Value(a, f'node "{node.name}" does what is not followed here')
+    if node.operation == "MULTIPLY" and any(v.number() == 0 and not v.varies for v in values):
+        return Value(0.0)
     r = MATH[node.operation](a, b, c)
     return joined(values, min(max(r, 0.0), 1.0) if node.use_clamp else float(r))
 

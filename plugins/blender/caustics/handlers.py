@@ -34,6 +34,7 @@ class Session:
         programs.check("caustic-render")
         self.switches.caustics_off()
         self.switches.cut_tricks()
+        self.switches.dim_bases()
         self.switches.set(("view_layers", self.layer), "use_pass_diffuse_color", True)
         self.hook.open()
         return self
@@ -113,6 +114,7 @@ class Guard:
         self.switches = switches.Switches(scene)
         self.switches.caustics_off()
         self.switches.cut_tricks()
+        self.switches.dim_bases()
 
     def close(self):
         self.switches.restore()

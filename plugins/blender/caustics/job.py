@@ -24,7 +24,7 @@ class Job:
         self.scene, self.view_layer, self.options, self.interactive = scene.name, view_layer.name, options, interactive
         self.stage, self.progress, self.text = "start", 0.0, "Starting"
         self.beauty = self.caustics = self.result = self.extract = self.child = None
-        self.plan, self.notes, self.seconds, self.said = "", [], {}, []
+        self.plan, self.notes, self.seconds, self.said, self.said_of_picture = "", [], {}, [], []
         self.switches = switches.Switches(scene)
         self.cancelled = False
 
@@ -101,6 +101,7 @@ class Job:
     def render_beauty(self, scene):
         self.switches.caustics_off()
         self.switches.cut_tricks()
+        self.said_of_picture = self.switches.dim_bases()
         self.switches.set(("render",), "use_sequencer", False)
         self.switches.set(("view_layers", self.view_layer), "use_pass_diffuse_color", True)
         hook = engine.Hook(self.look).open()
@@ -190,7 +191,7 @@ class Job:
         yield from self.wait(programs.Child("caustic-render", words, self.folder, polite=self.interactive), self.follow)
         self.plan = self.child.output()
         self.said = [line for line in self.child.said() if not line.startswith("wrote ")]
-        self.notes = self.extract.notes.lines + [s.partition(": ")[2] or s for s in self.said]
+        self.notes = self.extract.notes.lines + self.said_of_picture + [s.partition(": ")[2] or s for s in self.said]
         self.caustics = pictures.keep(path, self.options.path("_caustics"))
         if self.options.keep_report:
             pictures.keep(report, self.options.path("_caustics", ".json"))

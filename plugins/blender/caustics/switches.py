@@ -2,7 +2,7 @@
 """Settings of the scene that are changed for a while, and put back whatever happens."""
 import bpy
 
-from . import closures
+from . import bases, closures
 
 
 class Switches:
@@ -10,7 +10,7 @@ class Switches:
 
     def __init__(self, scene):
         self.scene = scene.name
-        self.kept, self.links = [], []
+        self.kept, self.links, self.dimmed = [], [], []
 
     def at(self, path):
         owner = bpy.data.scenes[self.scene]
@@ -42,6 +42,21 @@ class Switches:
             for link in list(tree.nodes[node].outputs[output].links):
                 self.cut((kind, name), tree, link)
 
+    def dim_bases(self):
+        """Principled of 4.0 on: without this the picture has light that caustics on do not have (bases.py). Returns notes."""
+        notes = []
+        if bases.needed():
+            self.restore_bases(bases.trees())
+            for base in bases.found(notes):
+                self.dimmed.append(base.tree)
+                bases.dim(base)
+        return notes
+
+    @staticmethod
+    def restore_bases(places):
+        for where in dict.fromkeys(places):
+            bases.restore(where)
+
     def cut(self, where, tree, link):
         to, sockets = link.to_socket, link.to_node.inputs
         at = [s.as_pointer() for s in sockets].index(to.as_pointer())
@@ -62,22 +77,28 @@ class Switches:
                 to.default_value = old
             tree.links.new(tree.nodes[node].outputs[output], to)
         self.kept, self.links = [], []
+        self.restore_bases(self.dimmed)
+        self.dimmed = []
 
 
 def tree_of(trick):
-    kind, name = trick[:2]
-    return bpy.data.materials[name].node_tree if kind == "material" else bpy.data.node_groups[name]
+    return bases.tree_of(trick[:2])
 
 
-def tricks_of(scene):
-    """(material or group, its name, node, output) of each such link in the scene's materials that cast caustics."""
-    made = []
+def readers_of(scene):
+    """(reader, closures) of each material of the scene's objects that can be changed."""
     for material in {slot.material for obj in scene.objects for slot in obj.material_slots if slot.material}:
         output = closures.output_of(material.node_tree) if closures.tree_of(material) else None
         if output is None or material.library:
             continue
         reader = closures.Reader(lambda reason: None, material.name)
-        found = reader.surface(output.inputs["Surface"], closures.top())
+        yield reader, reader.surface(output.inputs["Surface"], closures.top())
+
+
+def tricks_of(scene):
+    """(material or group, its name, node, output) of each such link in the scene's materials that cast caustics."""
+    made = []
+    for reader, found in readers_of(scene):
         if any(c.kind in ("glass", "refraction", "metal", "plastic") for c in found):
             made += [t for t in reader.tricks if t not in made]
     return made
@@ -94,4 +115,6 @@ def describe(scene):
         made.append(f"Shadow caustics ({', '.join(casters[:3])}{'...' if len(casters) > 3 else ''}) make nothing meanwhile")
     for kind, name, _, output in tricks_of(scene):
         made.append(f'{kind.capitalize()} "{name}" lets light straight through by "{output}"; that is cut for the render')
+    if bases.needed() and any(reader.plastics for reader, _ in readers_of(scene)):
+        made.append("Bases of Principled are dimmed by their coats behind diffuse rays too, as with caustics on")
     return made

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bases of Principled behind diffuse rays. What Blender 4.0 needs is run in all."""
+import os
+import sys
+import unittest.mock
+
+import bpy
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from support import Case, built, caustics, np, run  # noqa: E402
+
+from caustics import bases, switches  # noqa: E402
+from caustics.job import Job  # noqa: E402
+
+
+class Bases(Case):
+    def plastics(self):
+        """A plain and animated, a textured, and a grouped Principled, on three objects of one scene."""
+        scene = self.new()
+        built.table()
+        plain = built.material("plain", "ShaderNodeBsdfPrincipled", Base_Color=(0.2, 0.4, 0.6, 1))
+        color = next(n for n in plain.node_tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"]
+        color.keyframe_insert("default_value", frame=1)
+        color.default_value = (0.6, 0.4, 0.2, 1)
+        color.keyframe_insert("default_value", frame=3)
+        textured = built.material("textured", "ShaderNodeBsdfPrincipled")
+        picture = textured.node_tree.nodes.new("ShaderNodeTexChecker")
+        textured.node_tree.links.new(picture.outputs[0], next(n for n in textured.node_tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"])
+        for i, m in enumerate((plain, textured)):
+            built.ball(m.name, m, (i, 1, 0.5), 0.3)
+        scene.frame_set(1)
+        return scene
+
+    @staticmethod
+    def trees(scene):
+        """What a user would see of every node tree."""
+        return {m.name: (sorted(n.name for n in m.node_tree.nodes), sorted((l.from_socket.path_from_id(), l.to_socket.path_from_id()) for l in m.node_tree.links),
+                         [tuple(s.default_value) for n in m.node_tree.nodes for s in n.inputs if s.type == "RGBA"],
+                         len(m.node_tree.animation_data.drivers) if m.node_tree.animation_data else 0) for m in bpy.data.materials}
+
+    def test_bases_behind_diffuse_rays(self):
+        """Base colors are dimmed where coats are dropped, follow their keys, read as before, and are put back."""
+        scene = self.plastics()
+        before, plain = self.trees(scene), self.export("plain").doc["materials"]
+        with unittest.mock.patch.object(bases, "needed", return_value=True):
+            s = switches.Switches(scene)
+            self.assertEqual(s.dim_bases(), [])
+            self.assertEqual(sorted(w[1] for w in bases.trees()), ["plain", "textured"])
+            self.assertEqual(self.export("dimmed").doc["materials"], plain)
+            scene.frame_set(2)
+            np.testing.assert_allclose(self.export("later").doc["materials"]["plain"]["color"], (0.4, 0.4, 0.4), atol=1e-5)
+            scene.frame_set(1)
+            switches.Switches(scene).dim_bases()  # a second time, as after a crash: still once
+            self.assertEqual(len([n for n in bpy.data.materials["plain"].node_tree.nodes if n.type == "LIGHT_PATH"]), 1)
+            s.restore()
+        self.assertEqual(self.trees(scene), before)
+        self.assertEqual(bases.trees(), [])
+
+    def test_bases_in_a_render(self):
+        """They are there for the picture alone, and go after a cancel too."""
+        scene, seen = self.plastics(), []
+        before = self.trees(scene)
+        look = Job.look
+        with unittest.mock.patch.object(bases, "needed", return_value=True), \
+                unittest.mock.patch.object(Job, "look", lambda job, *a: (seen.append(len(bases.trees())), look(job, *a))):
+            self.generate(photons=1000)
+            self.assertEqual((seen, self.trees(scene)), ([2], before))
+            job = Job(scene, scene.view_layers[0], scene.caustics.options(output=self.path("no")))
+            job.cancel()
+            self.assertRaises(caustics.errors.Cancelled, job.run)
+            self.assertEqual((seen, self.trees(scene)), ([2, 2], before))
+
+    def test_coats_as_cycles_counts_them(self):
+        """One minus the Diffuse Color pass of white plastic in 5.2.3; its tables are coarse at grazing angles."""
+        for multiscatter, roughness, cos, e in ((False, 0.35, 1.0, 0.0402), (False, 0.35, 0.5, 0.0879), (False, 0.8, 0.5, 0.0594),
+                                                (True, 0.5, 1.0, 0.0374), (True, 0.35, 0.5, 0.0842), (True, 0.8, 0.2588, 0.0593)):
+            self.assertAlmostEqual(bases.Coat(roughness, 0.04, multiscatter).reflected(cos) / e, 1.0, delta=0.045)
+
+
+if __name__ == "__main__":
+    import __main__
+    run(__main__)
