@@ -47,6 +47,8 @@ enum { SOBOL_DIMENSIONS = 4 };
 /** Point `index` of the scrambled sequence `key`, dimension in [0, SOBOL_DIMENSIONS), in [0, 1). The order of
  *  the points is scrambled too, so that sequences of different keys are independent. */
 double sobol_owen(uint32_t index, unsigned dimension, uint64_t key);
+/** All dimensions of the point, for little more than one of them costs. */
+void sobol_owen_point(uint32_t index, uint64_t key, double out[SOBOL_DIMENSIONS]);
 
 /** Numbers for the scatterings of a path: the first few get a scrambled sequence each (independent scrambles
  * of the same points, "padding"), later ones are plain random. */
@@ -55,13 +57,14 @@ typedef struct PathNumbers {
     uint64_t key;
     uint32_t index;
     unsigned depth, dimension;
+    double point[SOBOL_DIMENSIONS]; /* of this depth; made when its first number is asked for */
 } PathNumbers;
 
 enum { PATH_SOBOL_DEPTH = 6 };
 
 /** `index` is the path's number in the sequence that `key` names. */
 static inline PathNumbers path_numbers(uint64_t key, uint32_t index) {
-    return (PathNumbers){rng_make(rng_combine(key, index)), key, index, 0, 0};
+    return (PathNumbers){.rng = rng_make(rng_combine(key, index)), .key = key, .index = index};
 }
 /** Moves to the next scattering. */
 static inline void path_numbers_next(PathNumbers *n) {
@@ -70,7 +73,9 @@ static inline void path_numbers_next(PathNumbers *n) {
 }
 static inline double path_number(PathNumbers *n) {
     if (n->depth >= PATH_SOBOL_DEPTH || n->dimension >= SOBOL_DIMENSIONS) return rng_next(&n->rng);
-    return sobol_owen(n->index, n->dimension++, n->key + 0x9e3779b97f4a7c15u * (n->depth + 1));
+    if (n->dimension == 0)
+        sobol_owen_point(n->index, n->key + 0x9e3779b97f4a7c15u * (n->depth + 1), n->point);
+    return n->point[n->dimension++];
 }
 
 #endif

@@ -42,7 +42,10 @@ static inline Rgb rgb_add(Rgb a, Rgb b) { return rgb(a.r + b.r, a.g + b.g, a.b +
 static inline Rgb rgb_sub(Rgb a, Rgb b) { return rgb(a.r - b.r, a.g - b.g, a.b - b.b); }
 static inline Rgb rgb_mul(Rgb a, Rgb b) { return rgb(a.r * b.r, a.g * b.g, a.b * b.b); }
 static inline Rgb rgb_scale(Rgb a, double s) { return rgb(a.r * s, a.g * s, a.b * s); }
-static inline double rgb_max(Rgb a) { return fmax(a.r, fmax(a.g, a.b)); }
+static inline double rgb_max(Rgb a) {
+    double m = a.g > a.b ? a.g : a.b;
+    return a.r > m ? a.r : m;
+}
 static inline double rgb_mean(Rgb a) { return (a.r + a.g + a.b) / 3.0; }
 static inline bool rgb_black(Rgb a) { return a.r == 0 && a.g == 0 && a.b == 0; }
 static inline bool rgb_finite(Rgb a) { return isfinite(a.r) && isfinite(a.g) && isfinite(a.b); }

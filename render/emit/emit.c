@@ -152,8 +152,10 @@ static bool emit_infinite(const Light *light, const AimMix *mix, double u[4], Ph
 }
 
 bool emit_photon(const Light *light, const AimMix *aim, uint32_t index, uint64_t key, Photon *out) {
-    double u[4];
+    double p[SOBOL_DIMENSIONS];
+    sobol_owen_point(index, key, p);
     /* A lamp without extent needs two numbers only: give it the best two dimensions. */
-    for (unsigned d = 0; d < 4; d++) u[d] = sobol_owen(index, light->delta ? (d + 2) % 4 : d, key);
+    unsigned first = light->delta ? 2 : 0;
+    double u[4] = {p[first], p[first + 1], p[2 - first], p[3 - first]};
     return light->infinite ? emit_infinite(light, aim, u, out) : emit_finite(light, aim, u, out);
 }

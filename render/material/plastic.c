@@ -70,10 +70,10 @@ static void prepare(Material *m) {
     if (coated) m->lobes |= coat->alpha > 0.0 ? LOBE_GLOSSY : LOBE_SPECULAR;
 }
 
-/* What the base reflects relative to its colour, seen from `cos_eye`. */
-static double base_albedo(const Material *m, double cos_eye) {
+/* What the base reflects relative to its colour, seen from `cos_eye`, where the coat reflects `coat_e`. */
+static double base_albedo(const Material *m, double cos_eye, double coat_e) {
     if (base_is_burley(m)) return burley_albedo(MATERIAL_PARAMS(PlasticParams, m)->roughness, cos_eye);
-    return 1.0 - coat_albedo(coat_of(m), cos_eye);
+    return 1.0 - coat_e;
 }
 
 /* Probability that sample() takes the coat, from what each lobe reflects. Kept off 0 and 1 while both may
@@ -81,8 +81,10 @@ static double base_albedo(const Material *m, double cos_eye) {
 static double coat_probability(const Material *m, unsigned lobes, double cos_i) {
     unsigned both = lobes & m->lobes;
     if (!(both & LOBE_CASTING)) return 0.0;
-    double base = base_albedo(m, cos_i) * rgb_mean(base_color(m)), coat_e = coat_albedo(coat_of(m), cos_i);
-    if (!(both & LOBE_DIFFUSE) || !(base > 0.0)) return 1.0;
+    if (!(both & LOBE_DIFFUSE)) return 1.0;
+    double coat_e = coat_albedo(coat_of(m), cos_i);
+    double base = base_albedo(m, cos_i, coat_e) * rgb_mean(base_color(m));
+    if (!(base > 0.0)) return 1.0;
     return clamp(coat_e / (coat_e + base), 0.05, 0.95);
 }
 
@@ -157,14 +159,16 @@ static Rgb eval(const Material *m, const ShadingFrame *f, V3 wi, V3 wo, unsigned
 
 static Rgb albedo(const Material *m, const ShadingFrame *f, V3 eye) {
     if (!(v3_dot(eye, f->ng) > 0.0)) return rgb_grey(0.0);
-    return rgb_scale(base_color(m), base_albedo(m, v3_dot(eye, frame_normal(f, eye))));
+    double cos_eye = v3_dot(eye, frame_normal(f, eye));
+    return rgb_scale(base_color(m), base_albedo(m, cos_eye, coat_albedo(coat_of(m), cos_eye)));
 }
 
 /* Deposits know where they are, not where they came from: Burley's lobe is split into a factor of the eye,
  * its albedo, and one of the light, the same over its mean. Energy and reciprocity stay exact. */
 static double received(const Material *m, const ShadingFrame *f, V3 light) {
     if (!base_is_burley(m)) return 1.0;
-    return base_albedo(m, v3_dot(light, frame_normal(f, light))) /
+    return burley_albedo(
+               MATERIAL_PARAMS(PlasticParams, m)->roughness, v3_dot(light, frame_normal(f, light))) /
            MATERIAL_DERIVED(PlasticDerived, m)->burley_mean;
 }
 

@@ -18,11 +18,12 @@ struct TraceScene {
     const Scene *scene;
     RTCDevice device;
     RTCScene rtc;
-    bool any_hidden;      /* some object is invisible to some kind of ray */
-    bool any_transparent; /* some object lets light straight through */
-    Contact *contacts;    /* [object] where casters lie on receivers, face to face */
-    RTCScene touched;     /* the receivers that casters lie on; NULL: none */
-    RTCScene standing;    /* those casters */
+    const float **vertices; /* [object] Embree's own copy of a mesh's; NULL: an exact surface */
+    bool any_hidden;        /* some object is invisible to some kind of ray */
+    bool any_transparent;   /* some object lets light straight through */
+    Contact *contacts;      /* [object] where casters lie on receivers, face to face */
+    RTCScene touched;       /* the receivers that casters lie on; NULL: none */
+    RTCScene standing;      /* those casters */
 };
 
 /* What an exact surface needs beyond Embree's single precision. */
@@ -72,11 +73,6 @@ static void rtc_occluded(const TraceScene *s, ExactQuery *q, struct RTCRay *ray)
 #endif
 }
 
-static V3 vertex(const Mesh *m, uint32_t i) {
-    return v3((float)m->positions[3 * (size_t)i], (float)m->positions[3 * (size_t)i + 1],
-        (float)m->positions[3 * (size_t)i + 2]);
-}
-
 /* ---- exact surfaces ---- */
 
 static void exact_bounds(const struct RTCBoundsFunctionArguments *a) {
@@ -103,7 +99,8 @@ static void exact_intersect(const struct RTCIntersectFunctionNArguments *a) {
     const Object *o = a->geometryUserPtr;
     struct RTCRayHit *rayhit = (struct RTCRayHit *)a->rayhit;
     ShapeHit hit;
-    if (!exact_hit(o, q->ray, fmin(q->ray->t_max, (double)rayhit->ray.tfar), &hit)) return;
+    double t_far = (double)rayhit->ray.tfar;
+    if (!exact_hit(o, q->ray, q->ray->t_max < t_far ? q->ray->t_max : t_far, &hit)) return;
     q->best = hit;
     q->geometry = a->geomID;
     rayhit->ray.tfar = (float)hit.t;
@@ -172,38 +169,40 @@ static void find_contacts(TraceScene *s) {
     s->standing = part_of(s, true);
 }
 
-cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
-    *out = NULL;
-    TraceScene *s = array_new(1, sizeof *s);
-    Contact *contacts = array_new(scene->object_count, sizeof *contacts);
-    if (!s || !contacts) {
-        free(s);
-        free(contacts);
-        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
-    }
-    s->contacts = contacts;
-    s->scene = scene;
-    s->device = rtcNewDevice(NULL);
-    if (!s->device) {
-        free(contacts);
-        free(s);
-        return error_set(err, CAU_ERROR_RESOURCE, "Embree could not be started on this processor");
-    }
+static void build(TraceScene *s) {
     s->rtc = rtcNewScene(s->device);
     rtcSetSceneFlags(s->rtc, RTC_SCENE_FLAG_ROBUST);
-    for (size_t i = 0; i < scene->object_count; i++) {
-        Object *o = &scene->objects[i];
+    for (size_t i = 0; i < s->scene->object_count; i++) {
+        Object *o = &s->scene->objects[i];
         if (o->visibility != 31u) s->any_hidden = true;
-        if (scene->materials[o->material].kind->transparency) s->any_transparent = true;
+        if (s->scene->materials[o->material].kind->transparency) s->any_transparent = true;
         if (!o->exact && o->mesh.triangle_count == 0) continue;
         RTCGeometry g = o->exact ? exact_geometry(s->device, o) : mesh_geometry(s->device, &o->mesh);
+        if (!o->exact) s->vertices[i] = rtcGetGeometryBufferData(g, RTC_BUFFER_TYPE_VERTEX, 0);
         rtcCommitGeometry(g);
         rtcAttachGeometryByID(s->rtc, g, (unsigned)i);
         rtcReleaseGeometry(g);
     }
     rtcCommitScene(s->rtc);
     find_contacts(s);
-    cau_result result = device_check(s, "building its tree", err);
+}
+
+cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
+    *out = NULL;
+    TraceScene *s = array_new(1, sizeof *s);
+    if (!s) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
+    s->scene = scene;
+    s->contacts = array_new(scene->object_count, sizeof *s->contacts);
+    s->vertices = array_new(scene->object_count, sizeof *s->vertices);
+    cau_result result = CAU_OK;
+    if (!s->contacts || !s->vertices)
+        result = error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
+    if (result == CAU_OK && !(s->device = rtcNewDevice(NULL)))
+        result = error_set(err, CAU_ERROR_RESOURCE, "Embree could not be started on this processor");
+    if (result == CAU_OK) {
+        build(s);
+        result = device_check(s, "building its tree", err);
+    }
     if (result != CAU_OK)
         trace_destroy(&s);
     else
@@ -212,13 +211,15 @@ cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
 }
 
 void trace_destroy(TraceScene **scene) {
-    if (!*scene) return;
-    if ((*scene)->touched) rtcReleaseScene((*scene)->touched);
-    if ((*scene)->standing) rtcReleaseScene((*scene)->standing);
-    rtcReleaseScene((*scene)->rtc);
-    rtcReleaseDevice((*scene)->device);
-    free((*scene)->contacts);
-    free(*scene);
+    TraceScene *s = *scene;
+    if (!s) return;
+    if (s->touched) rtcReleaseScene(s->touched);
+    if (s->standing) rtcReleaseScene(s->standing);
+    if (s->rtc) rtcReleaseScene(s->rtc);
+    if (s->device) rtcReleaseDevice(s->device);
+    free(s->contacts);
+    free(s->vertices);
+    free(s);
     *scene = NULL;
 }
 
@@ -240,12 +241,19 @@ Ray ray_from_hit(const Hit *hit, V3 dir, double t_max, unsigned visibility) {
         .visibility = visibility};
 }
 
-/* The next float away from zero offset: the rounding must not undo the offset. */
+/* The next float away from zero offset: the rounding must not undo the offset. As nextafterf(), without
+ * branches, whose way no processor foresees. */
 static float start_coordinate(double p, double offset) {
-    float f = (float)(p + offset);
-    if (offset > 0) return nextafterf(f, INFINITY);
-    if (offset < 0) return nextafterf(f, -INFINITY);
-    return f;
+    const uint32_t sign = 0x80000000u;
+    float f = (float)(p + offset), next;
+    uint32_t bits, mirror = offset < 0 ? sign : 0;
+    memcpy(&bits, &f, sizeof bits);
+    bits ^= mirror; /* now the way is up */
+    bits = bits == sign ? 0 : bits;
+    bits += 1 - 2 * (bits >> 31);
+    bits ^= mirror;
+    memcpy(&next, &bits, sizeof next);
+    return offset != 0 ? next : f;
 }
 
 static float limit(double t) { return t < (double)FLT_MAX ? (float)t : INFINITY; }
@@ -265,16 +273,45 @@ static struct RTCRay rtc_ray(const Ray *ray) {
 
 static V3 absolute(V3 p, double s) { return v3(fabs(s * p.x), fabs(s * p.y), fabs(s * p.z)); }
 
+/* A triangle as Embree has it: corners in single precision, everything else in double. */
+typedef struct Triangle {
+    V3 a, b, c, ab, ac;
+    V3 n; /* ab x ac */
+    double nn;
+} Triangle;
+
+/* Not rounded from the scene's double: gcc 12 at -O3 leaves that out where it makes vectors of it. */
+static V3 vertex(const float *vertices, uint32_t i) {
+    const float *p = &vertices[3 * (size_t)i];
+    return v3((double)p[0], (double)p[1], (double)p[2]);
+}
+
+static void corners(const TraceScene *s, unsigned object, uint32_t primitive, V3 *a, V3 *b, V3 *c) {
+    const uint32_t *index = &s->scene->objects[object].mesh.triangles[3 * (size_t)primitive];
+    *a = vertex(s->vertices[object], index[0]);
+    *b = vertex(s->vertices[object], index[1]);
+    *c = vertex(s->vertices[object], index[2]);
+}
+
+static Triangle triangle_of(const TraceScene *s, unsigned object, uint32_t primitive) {
+    Triangle t;
+    corners(s, object, primitive, &t.a, &t.b, &t.c);
+    t.ab = v3_sub(t.b, t.a);
+    t.ac = v3_sub(t.c, t.a);
+    t.n = v3_cross(t.ab, t.ac);
+    t.nn = v3_dot(t.n, t.n);
+    return t;
+}
+
 /* The surface at barycentrics v, w. */
-static void triangle_point(const Mesh *m, uint32_t primitive, double v, double w, Hit *hit) {
-    const uint32_t *index = &m->triangles[3 * (size_t)primitive];
-    V3 a = vertex(m, index[0]), b = vertex(m, index[1]), c = vertex(m, index[2]);
-    V3 n = v3_cross(v3_sub(b, a), v3_sub(c, a));
+static void triangle_point(
+    const Mesh *m, const Triangle *t, uint32_t primitive, double v, double w, Hit *hit) {
     double u = 1 - v - w;
     hit->primitive = primitive;
-    hit->position = v3_add(v3_scale(a, u), v3_add(v3_scale(b, v), v3_scale(c, w)));
-    hit->ng = v3_scale(n, 1 / v3_length(n));
-    hit->error = v3_scale(v3_add(absolute(a, u), v3_add(absolute(b, v), absolute(c, w))), ERROR_GAMMA);
+    hit->position = v3_add(v3_scale(t->a, u), v3_add(v3_scale(t->b, v), v3_scale(t->c, w)));
+    hit->ng = v3_scale(t->n, 1 / sqrt(t->nn));
+    hit->error =
+        v3_scale(v3_add(absolute(t->a, u), v3_add(absolute(t->b, v), absolute(t->c, w))), ERROR_GAMMA);
     hit->error = v3_add(hit->error, v3(ERROR_ABSOLUTE, ERROR_ABSOLUTE, ERROR_ABSOLUTE));
     hit->slack = 0;
     hit->ns = hit->ng;
@@ -289,28 +326,31 @@ static void triangle_point(const Mesh *m, uint32_t primitive, double v, double w
     }
 }
 
+/* Where the true line meets the triangle's plane. */
+static double plane_distance(const Triangle *t, const Ray *ray, double t_found) {
+    double facing = v3_dot(t->n, ray->dir);
+    if (facing == 0) return t_found;
+    double exact = v3_dot(t->n, v3_sub(t->a, ray->origin)) / facing;
+    /* Embree's ray started off the surface: the same plane is that much nearer or farther for it. */
+    double off = fabs(exact - (t_found + v3_dot(t->n, ray->offset) / facing));
+    /* A sliver seen edge-on may send the double solution away: then Embree's own is the safer one. The
+     * triangle's size allows for more, but is seldom asked. */
+    bool near = off < 1e-3 * t_found || off < 1e-3 * (t_found + v3_length(t->ab) + v3_length(t->ac));
+    return near && isfinite(exact) ? exact : t_found;
+}
+
 /* The hit of the true line with the triangle that Embree found: plane and barycentrics in double. */
-static void triangle_hit(const Mesh *m, const Ray *ray, double t_found, uint32_t primitive, Hit *hit) {
-    const uint32_t *index = &m->triangles[3 * (size_t)primitive];
-    V3 a = vertex(m, index[0]), b = vertex(m, index[1]), c = vertex(m, index[2]);
-    V3 ab = v3_sub(b, a), ac = v3_sub(c, a), n = v3_cross(ab, ac);
-    double facing = v3_dot(n, ray->dir), t = t_found;
-    if (facing != 0) {
-        double exact = v3_dot(n, v3_sub(a, ray->origin)) / facing;
-        /* Embree's ray started off the surface: the same plane is that much nearer or farther for it. */
-        double expected = t_found + v3_dot(n, ray->offset) / facing;
-        /* A sliver seen edge-on may send the double solution away: then Embree's own is the safer one. */
-        if (isfinite(exact) && fabs(exact - expected) < 1e-3 * (t_found + v3_length(ab) + v3_length(ac)))
-            t = exact;
-    }
-    V3 p = v3_mad(ray->origin, t, ray->dir), ap = v3_sub(p, a);
-    double nn = v3_dot(n, n), v = v3_dot(v3_cross(ap, ac), n) / nn, w = v3_dot(v3_cross(ab, ap), n) / nn;
+static void triangle_hit(
+    const TraceScene *s, const Ray *ray, double t_found, unsigned object, uint32_t primitive, Hit *hit) {
+    Triangle t = triangle_of(s, object, primitive);
+    hit->t = plane_distance(&t, ray, t_found);
+    V3 p = v3_mad(ray->origin, hit->t, ray->dir), ap = v3_sub(p, t.a);
+    double v = v3_dot(v3_cross(ap, t.ac), t.n) / t.nn, w = v3_dot(v3_cross(t.ab, ap), t.n) / t.nn;
     double v_inside = clamp(v, 0, 1), w_inside = clamp(w, 0, 1 - v_inside);
-    triangle_point(m, primitive, v_inside, w_inside, hit);
+    triangle_point(&s->scene->objects[object].mesh, &t, primitive, v_inside, w_inside, hit);
     /* Embree's single-precision ray met this triangle, the true line meets its plane beside it: near a convex
      * edge that point is off the body, so the nearest one on the triangle is taken. */
     if (v_inside == v && w_inside == w) hit->position = p;
-    hit->t = t;
 }
 
 static void exact_surface_hit(const Object *o, const ExactQuery *q, Hit *hit) {
@@ -330,8 +370,8 @@ static bool query(const TraceScene *s, RTCScene part, const Ray *ray, float t_ne
     ExactQuery q;
     query_init(&q, s, ray);
     struct RTCRayHit rayhit = {.ray = rtc_ray(ray)};
-    rayhit.ray.tnear = fmaxf(t_near, rayhit.ray.tnear);
-    rayhit.ray.tfar = fminf(t_far, rayhit.ray.tfar);
+    if (t_near > rayhit.ray.tnear) rayhit.ray.tnear = t_near;
+    if (t_far < rayhit.ray.tfar) rayhit.ray.tfar = t_far;
     rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtc_intersect(part, &q, &rayhit);
@@ -343,7 +383,7 @@ static bool query(const TraceScene *s, RTCScene part, const Ray *ray, float t_ne
     if (o->exact)
         exact_surface_hit(o, &q, hit);
     else
-        triangle_hit(&o->mesh, ray, (double)rayhit.ray.tfar, rayhit.hit.primID, hit);
+        triangle_hit(s, ray, (double)rayhit.ray.tfar, rayhit.hit.geomID, rayhit.hit.primID, hit);
     return true;
 }
 
@@ -372,7 +412,8 @@ int trace_lies_on(const TraceScene *s, int object) {
 
 void trace_triangle_point(const TraceScene *s, int object, uint32_t primitive, double v, double w, Hit *hit) {
     const Object *o = &s->scene->objects[object];
-    triangle_point(&o->mesh, primitive, v, w, hit);
+    Triangle t = triangle_of(s, (unsigned)object, primitive);
+    triangle_point(&o->mesh, &t, primitive, v, w, hit);
     hit->t = 0;
     hit->object = object;
     hit->material = &s->scene->materials[o->material];
@@ -420,7 +461,7 @@ Rgb trace_transmittance(const TraceScene *s, const Ray *ray) {
 /* ---- what lies near a point ---- */
 
 typedef struct Collector {
-    const Scene *scene;
+    const TraceScene *trace;
     NearTriangle *out;
     size_t count, capacity;
     double radius;
@@ -433,7 +474,7 @@ static bool box_near(const Object *o, V3 p, double radius) {
 
 static bool collect(struct RTCPointQueryFunctionArguments *a) {
     Collector *c = a->userPtr;
-    const Object *o = &c->scene->objects[a->geomID];
+    const Object *o = &c->trace->scene->objects[a->geomID];
     /* Embree hands over whole leaves: a large exact surface far away may be among them. */
     if (o->exact &&
         !box_near(o, v3((double)a->query->x, (double)a->query->y, (double)a->query->z), c->radius))
@@ -447,15 +488,12 @@ static bool collect(struct RTCPointQueryFunctionArguments *a) {
     NearTriangle *t = &c->out[c->count++];
     *t = (NearTriangle){.object = (int)a->geomID, .primitive = a->primID, .exact = o->exact};
     if (o->exact) return false;
-    const uint32_t *index = &o->mesh.triangles[3 * (size_t)a->primID];
-    t->a = vertex(&o->mesh, index[0]);
-    t->b = vertex(&o->mesh, index[1]);
-    t->c = vertex(&o->mesh, index[2]);
+    corners(c->trace, a->geomID, a->primID, &t->a, &t->b, &t->c);
     return false;
 }
 
 size_t trace_collect(const TraceScene *s, V3 center, double radius, NearTriangle *out, size_t capacity) {
-    Collector c = {s->scene, out, 0, capacity, radius};
+    Collector c = {s, out, 0, capacity, radius};
     struct RTCPointQuery query = {
         .x = (float)center.x, .y = (float)center.y, .z = (float)center.z, .radius = (float)radius};
     struct RTCPointQueryContext context;

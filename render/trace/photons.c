@@ -190,13 +190,13 @@ static bool bounce_towards_casters(
 static bool scatter(
     Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, unsigned lobes, ScatterSample *s) {
     double u[3], choice = 1;
+    if (!lobes) return false;
     for (int k = 2; k >= 0; k--) u[k] = path_number(&f->numbers);
     if ((lobes & LOBE_DIFFUSE) && (lobes & ~(unsigned)LOBE_DIFFUSE)) {
         choice = 0.5;
         lobes = path_number(&f->numbers) < 0.5 ? LOBE_DIFFUSE : lobes & ~(unsigned)LOBE_DIFFUSE;
     }
     path_numbers_next(&f->numbers);
-    if (!lobes) return false;
     bool drawn = lobes == LOBE_DIFFUSE && !f->chain.cast && bounce_towards_casters(f, hit, frame, wi, u, s);
     if (!drawn && !hit->material->kind->sample(hit->material, frame, wi, u, lobes, true, s)) return false;
     s->weight = rgb_scale(s->weight, 1 / choice);

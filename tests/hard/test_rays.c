@@ -267,6 +267,52 @@ static void closed_meshes_are_tight(void **state) {
 
 /* ---- row 28 ---- */
 
+/* The corners that Embree has. Volatile: no compiler may leave the rounding out. */
+static V3 rounded_corner(const Mesh *m, uint32_t triangle, unsigned k) {
+    const double *p = &m->positions[3 * (size_t)m->triangles[3 * (size_t)triangle + k]];
+    volatile float x = (float)p[0], y = (float)p[1], z = (float)p[2];
+    return v3((double)x, (double)y, (double)z);
+}
+
+/* A hit lies in the plane of the corners as Embree has them, to double precision. */
+static void hits_lie_on_rounded_triangles(void **state) {
+    (void)state;
+    World w;
+    open_world(&w, &bodies[1], &places[0]);
+    const Mesh *m = &w.scene.objects[0].mesh;
+    Rng rng = rng_make(5);
+    double worst = 0, least = INFINITY;
+    for (int hits = 0; hits < 2000;) {
+        Ray ray = aim(&w.scene.objects[0], &rng);
+        Hit hit;
+        if (!trace_nearest(w.trace, &ray, &hit) || v3_dot(ray.dir, hit.ng) > -0.1) continue;
+        hits++;
+        V3 a = rounded_corner(m, hit.primitive, 0), b = rounded_corner(m, hit.primitive, 1),
+           c = rounded_corner(m, hit.primitive, 2);
+        V3 n = v3_normalize(v3_cross(v3_sub(b, a), v3_sub(c, a)));
+        worst = fmax(worst, fabs(v3_dot(n, v3_sub(hit.position, a))));
+        least = fmin(least, v3_dot(n, hit.ng));
+    }
+    close_world(&w);
+    if (!(worst < 1e-13 && least > 1 - 1e-13))
+        fail_msg("hits lie %g off their triangles, normals at a cosine of %g", worst, least);
+}
+
+/* A point's numbers are those of its dimensions one by one. */
+static void points_hold_their_dimensions(void **state) {
+    (void)state;
+    for (uint32_t i = 0; i < 20000; i++) {
+        double point[SOBOL_DIMENSIONS];
+        uint64_t key = rng_mix(i % 64);
+        sobol_owen_point(i * 2654435761u, key, point);
+        for (unsigned d = 0; d < SOBOL_DIMENSIONS; d++)
+            assert_true(point[d] == sobol_owen(i * 2654435761u, d, key));
+    }
+    /* The bytes of every picture hang on these. */
+    assert_true(
+        sobol_owen(12345, 0, 1) == 0.9179225864354521 && sobol_owen(12345, 3, 1) == 0.33441199851222336);
+}
+
 enum { CELLS = 16, POINTS = 65536 };
 
 /* Chi-square of the pairs (x, y) on 16 x 16 cells; both are uniform by design. 255 degrees of freedom, if the
@@ -341,6 +387,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(light_neither_sticks_nor_leaks),
         cmocka_unit_test(closed_meshes_are_tight),
+        cmocka_unit_test(hits_lie_on_rounded_triangles),
+        cmocka_unit_test(points_hold_their_dimensions),
         cmocka_unit_test(neighbours_do_not_correlate),
         cmocka_unit_test(streams_do_not_correlate),
     };
