@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Target caustics_embree: Embree 4, else 3.13; or the one that embree_DIR names. render/trace/embree.c, the only file
-# that includes its headers, is told which by CAUSTICS_EMBREE.
+# Target caustics_embree: Embree 4, else 3.13; or the one that embree_DIR names. render/trace/embree_internal.h,
+# the only file that includes its headers, is told which by CAUSTICS_EMBREE.
 find_package(embree 4 QUIET CONFIG)
 if(NOT embree_FOUND)
   find_package(embree 3.13 REQUIRED CONFIG)

@@ -69,7 +69,7 @@ EFFECTS = {
         ("render/trace/photons.c", "leaves_bent", "return false;"),
         ("render/trace/bent.c", "bent_create", "*out = (BentSet){0}; return CAU_OK;")]),
     "faces in one place": (standing, PHOTONS, [
-        ("render/trace/embree.c", "find_contacts", ""),
+        ("render/trace/embree_build.c", "find_contacts", ""),
         ("render/trace/embree.c", "nearest", "return query(s, s->rtc, ray, 0, INFINITY, hit);")]),
     "wavefronts": (None, PHOTONS, [
         ("render/trace/photons.c", "wave_goes_on", "return false;"),

@@ -11,6 +11,7 @@
 #include "render/trace/embree.c"
 
 #include "caustics/scene_file.h"
+#include "core/checked.h"
 #include "render/render_internal.h"
 
 #include <stdio.h>

@@ -1,39 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/trace/embree.h"
-
-#include "core/checked.h"
-#include "render/trace/contact.h"
+#include "render/trace/embree_internal.h"
 
 #include <float.h>
-
-#if CAUSTICS_EMBREE >= 4
-#include <embree4/rtcore.h>
-typedef struct RTCRayQueryContext QueryContext;
-#else
-#include <embree3/rtcore.h>
-typedef struct RTCIntersectContext QueryContext;
-#endif
-
-struct TraceScene {
-    const Scene *scene;
-    RTCDevice device;
-    RTCScene rtc;
-    const float **vertices; /* [object] Embree's own copy of a mesh's; NULL: an exact surface */
-    bool any_hidden;        /* some object is invisible to some kind of ray */
-    bool any_transparent;   /* some object lets light straight through */
-    Contact *contacts;      /* [object] where casters lie on receivers, face to face */
-    RTCScene touched;       /* the receivers that casters lie on; NULL: none */
-    RTCScene standing;      /* those casters */
-};
-
-/* What an exact surface needs beyond Embree's single precision. */
-typedef struct ExactQuery {
-    QueryContext base; /* first: Embree hands back a pointer to it */
-    const TraceScene *trace;
-    const Ray *ray;
-    unsigned geometry; /* of the best exact hit so far */
-    ShapeHit best;
-} ExactQuery;
+#include <string.h>
 
 /* gamma(7) of PBR: seven roundings in Embree's hit point at most. The absolute part (scene space: casters are
  * about 1 in size) is for surfaces through the origin, whose coordinates are exactly 0. */
@@ -72,158 +41,6 @@ static void rtc_occluded(const TraceScene *s, ExactQuery *q, struct RTCRay *ray)
     rtcOccluded1(s->rtc, &q->base, ray);
 #endif
 }
-
-/* ---- exact surfaces ---- */
-
-static void exact_bounds(const struct RTCBoundsFunctionArguments *a) {
-    const Object *o = a->geometryUserPtr;
-    double pad = 1e-5 * v3_length(v3_sub(o->bounds_max, o->bounds_min)) + 1e-30;
-    *a->bounds_o = (struct RTCBounds){.lower_x = (float)(o->bounds_min.x - pad),
-        .lower_y = (float)(o->bounds_min.y - pad),
-        .lower_z = (float)(o->bounds_min.z - pad),
-        .upper_x = (float)(o->bounds_max.x + pad),
-        .upper_y = (float)(o->bounds_max.y + pad),
-        .upper_z = (float)(o->bounds_max.z + pad)};
-}
-
-/* The true line against the surface in its local space; t stays the same under the affine map. */
-static bool exact_hit(const Object *o, const Ray *ray, double t_max, ShapeHit *hit) {
-    V3 origin = affine_point(&o->scene_to_local, ray->origin),
-       dir = affine_vector(&o->scene_to_local, ray->dir);
-    return o->shape->intersect(o->shape_data, origin, dir, ray->t_min, t_max, hit);
-}
-
-static void exact_intersect(const struct RTCIntersectFunctionNArguments *a) {
-    if (!a->valid[0]) return;
-    ExactQuery *q = (ExactQuery *)a->context;
-    const Object *o = a->geometryUserPtr;
-    struct RTCRayHit *rayhit = (struct RTCRayHit *)a->rayhit;
-    ShapeHit hit;
-    double t_far = (double)rayhit->ray.tfar;
-    if (!exact_hit(o, q->ray, q->ray->t_max < t_far ? q->ray->t_max : t_far, &hit)) return;
-    q->best = hit;
-    q->geometry = a->geomID;
-    rayhit->ray.tfar = (float)hit.t;
-    rayhit->hit.geomID = a->geomID;
-    rayhit->hit.primID = a->primID;
-    rayhit->hit.u = rayhit->hit.v = 0;
-    rayhit->hit.Ng_x = (float)hit.normal.x;
-    rayhit->hit.Ng_y = (float)hit.normal.y;
-    rayhit->hit.Ng_z = (float)hit.normal.z;
-}
-
-static void exact_occluded(const struct RTCOccludedFunctionNArguments *a) {
-    if (!a->valid[0]) return;
-    ExactQuery *q = (ExactQuery *)a->context;
-    struct RTCRay *ray = (struct RTCRay *)a->ray;
-    ShapeHit hit;
-    if (exact_hit(a->geometryUserPtr, q->ray, q->ray->t_max, &hit)) ray->tfar = -INFINITY;
-}
-
-/* ---- building ---- */
-
-static RTCGeometry exact_geometry(RTCDevice device, Object *o) {
-    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(g, 1);
-    rtcSetGeometryUserData(g, o);
-    rtcSetGeometryBoundsFunction(g, exact_bounds, NULL);
-    rtcSetGeometryIntersectFunction(g, exact_intersect);
-    rtcSetGeometryOccludedFunction(g, exact_occluded);
-    return g;
-}
-
-static RTCGeometry mesh_geometry(RTCDevice device, const Mesh *mesh) {
-    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    float *vertices = rtcSetNewGeometryBuffer(
-        g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh->vertex_count);
-    uint32_t *indices = rtcSetNewGeometryBuffer(
-        g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), mesh->triangle_count);
-    if (vertices && indices) {
-        for (size_t i = 0; i < 3 * mesh->vertex_count; i++) vertices[i] = (float)mesh->positions[i];
-        memcpy(indices, mesh->triangles, 3 * sizeof(uint32_t) * mesh->triangle_count);
-    }
-    return g;
-}
-
-static cau_result device_check(const TraceScene *s, const char *what, CauError *err) {
-    enum RTCError code = rtcGetDeviceError(s->device);
-    if (code == RTC_ERROR_NONE) return CAU_OK;
-    return error_set(err, CAU_ERROR_RESOURCE, "Embree failed (error %d) while %s; is there enough memory?",
-        (int)code, what);
-}
-
-static RTCScene part_of(const TraceScene *s, bool casters) {
-    RTCScene part = rtcNewScene(s->device);
-    rtcSetSceneFlags(part, RTC_SCENE_FLAG_ROBUST);
-    for (size_t i = 0; i < s->scene->object_count; i++)
-        if (casters ? s->contacts[i].caster : s->contacts[i].receiver)
-            rtcAttachGeometryByID(part, rtcGetGeometry(s->rtc, (unsigned)i), (unsigned)i);
-    rtcCommitScene(part);
-    return part;
-}
-
-/* What touches gets trees of its own: see nearest(). */
-static void find_contacts(TraceScene *s) {
-    if (!contacts_find(s, s->scene, s->contacts)) return;
-    s->touched = part_of(s, false);
-    s->standing = part_of(s, true);
-}
-
-static void build(TraceScene *s) {
-    s->rtc = rtcNewScene(s->device);
-    rtcSetSceneFlags(s->rtc, RTC_SCENE_FLAG_ROBUST);
-    for (size_t i = 0; i < s->scene->object_count; i++) {
-        Object *o = &s->scene->objects[i];
-        if (o->visibility != 31u) s->any_hidden = true;
-        if (s->scene->materials[o->material].kind->transparency) s->any_transparent = true;
-        if (!o->exact && o->mesh.triangle_count == 0) continue;
-        RTCGeometry g = o->exact ? exact_geometry(s->device, o) : mesh_geometry(s->device, &o->mesh);
-        if (!o->exact) s->vertices[i] = rtcGetGeometryBufferData(g, RTC_BUFFER_TYPE_VERTEX, 0);
-        rtcCommitGeometry(g);
-        rtcAttachGeometryByID(s->rtc, g, (unsigned)i);
-        rtcReleaseGeometry(g);
-    }
-    rtcCommitScene(s->rtc);
-    find_contacts(s);
-}
-
-cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
-    *out = NULL;
-    TraceScene *s = array_new(1, sizeof *s);
-    if (!s) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
-    s->scene = scene;
-    s->contacts = array_new(scene->object_count, sizeof *s->contacts);
-    s->vertices = array_new(scene->object_count, sizeof *s->vertices);
-    cau_result result = CAU_OK;
-    if (!s->contacts || !s->vertices)
-        result = error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
-    if (result == CAU_OK && !(s->device = rtcNewDevice(NULL)))
-        result = error_set(err, CAU_ERROR_RESOURCE, "Embree could not be started on this processor");
-    if (result == CAU_OK) {
-        build(s);
-        result = device_check(s, "building its tree", err);
-    }
-    if (result != CAU_OK)
-        trace_destroy(&s);
-    else
-        *out = s;
-    return result;
-}
-
-void trace_destroy(TraceScene **scene) {
-    TraceScene *s = *scene;
-    if (!s) return;
-    if (s->touched) rtcReleaseScene(s->touched);
-    if (s->standing) rtcReleaseScene(s->standing);
-    if (s->rtc) rtcReleaseScene(s->rtc);
-    if (s->device) rtcReleaseDevice(s->device);
-    free(s->contacts);
-    free(s->vertices);
-    free(s);
-    *scene = NULL;
-}
-
-/* ---- rays ---- */
 
 Ray ray_from_point(V3 origin, V3 dir, double t_min, double t_max, unsigned visibility) {
     return (Ray){.origin = origin, .dir = dir, .t_min = t_min, .t_max = t_max, .visibility = visibility};
@@ -280,22 +97,9 @@ typedef struct Triangle {
     double nn;
 } Triangle;
 
-/* Not rounded from the scene's double: gcc 12 at -O3 leaves that out where it makes vectors of it. */
-static V3 vertex(const float *vertices, uint32_t i) {
-    const float *p = &vertices[3 * (size_t)i];
-    return v3((double)p[0], (double)p[1], (double)p[2]);
-}
-
-static void corners(const TraceScene *s, unsigned object, uint32_t primitive, V3 *a, V3 *b, V3 *c) {
-    const uint32_t *index = &s->scene->objects[object].mesh.triangles[3 * (size_t)primitive];
-    *a = vertex(s->vertices[object], index[0]);
-    *b = vertex(s->vertices[object], index[1]);
-    *c = vertex(s->vertices[object], index[2]);
-}
-
 static Triangle triangle_of(const TraceScene *s, unsigned object, uint32_t primitive) {
     Triangle t;
-    corners(s, object, primitive, &t.a, &t.b, &t.c);
+    embree_corners(s, object, primitive, &t.a, &t.b, &t.c);
     t.ab = v3_sub(t.b, t.a);
     t.ac = v3_sub(t.c, t.a);
     t.n = v3_cross(t.ab, t.ac);
@@ -456,48 +260,4 @@ Rgb trace_transmittance(const TraceScene *s, const Ray *ray) {
         rest = ray_from_hit(&hit, ray->dir, rest.t_max - hit.t, ray->visibility);
     }
     return rgb_grey(0);
-}
-
-/* ---- what lies near a point ---- */
-
-typedef struct Collector {
-    const TraceScene *trace;
-    NearTriangle *out;
-    size_t count, capacity;
-    double radius;
-} Collector;
-
-static bool box_near(const Object *o, V3 p, double radius) {
-    V3 gap = v3_max(v3_max(v3_sub(o->bounds_min, p), v3_sub(p, o->bounds_max)), v3(0, 0, 0));
-    return v3_dot(gap, gap) <= radius * radius;
-}
-
-static bool collect(struct RTCPointQueryFunctionArguments *a) {
-    Collector *c = a->userPtr;
-    const Object *o = &c->trace->scene->objects[a->geomID];
-    /* Embree hands over whole leaves: a large exact surface far away may be among them. */
-    if (o->exact &&
-        !box_near(o, v3((double)a->query->x, (double)a->query->y, (double)a->query->z), c->radius))
-        return false;
-    if (c->count == c->capacity) {
-        c->count++;
-        a->query->radius = 0; /* enough: end the search */
-        return true;
-    }
-    if (c->count > c->capacity) return false;
-    NearTriangle *t = &c->out[c->count++];
-    *t = (NearTriangle){.object = (int)a->geomID, .primitive = a->primID, .exact = o->exact};
-    if (o->exact) return false;
-    corners(c->trace, a->geomID, a->primID, &t->a, &t->b, &t->c);
-    return false;
-}
-
-size_t trace_collect(const TraceScene *s, V3 center, double radius, NearTriangle *out, size_t capacity) {
-    Collector c = {s, out, 0, capacity, radius};
-    struct RTCPointQuery query = {
-        .x = (float)center.x, .y = (float)center.y, .z = (float)center.z, .radius = (float)radius};
-    struct RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    rtcPointQuery(s->rtc, &query, &context, collect, &c);
-    return c.count;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
- *  Rays through Embree 3 or 4: the only file that knows which.
+ *  Rays through Embree 3 or 4: only the files behind this header know which.
  *
  *  Embree finds the primitive in single precision (robust mode); the hit is then computed again in double
  *  precision from the ray's true line, so that a path's positions carry no single-precision error. A ray that
