@@ -279,13 +279,15 @@ static void walk_back(BentWalk *w) {
 
 bool bent_start(const BentRun *run, uint32_t index, BentStart *out, uint64_t *rays) {
     uint64_t key = rng_combine(run->key, 0x62656e74u);
-    double probability, u = sobol_owen(index, 0, key), v = sobol_owen(index, 1, key);
-    const BentTriangle *t = choose_triangle(run->set, sobol_owen(index, 0, run->key), &probability);
-    double root = sqrt(u);
+    double p[SOBOL_DIMENSIONS], choice[SOBOL_DIMENSIONS], probability;
+    sobol_owen_point(index, key, p);
+    sobol_owen_point(index, run->key, choice);
+    const BentTriangle *t = choose_triangle(run->set, choice[0], &probability);
+    double root = sqrt(p[0]), v = p[1];
     trace_triangle_point(run->trace, t->object, t->primitive, root * (1 - v), root * v, &out->hit);
-    bool back = sobol_owen(index, 1, run->key) < 0.5;
+    bool back = choice[1] < 0.5;
     V3 ng = back ? v3_neg(out->hit.ng) : out->hit.ng, ns = back ? v3_neg(out->hit.ns) : out->hit.ns;
-    double measure = bent_direction(ng, ns, sobol_owen(index, 2, key), sobol_owen(index, 3, key), &out->dir);
+    double measure = bent_direction(ng, ns, p[2], p[3], &out->dir);
     if (!(measure > 0) || !normal_bends(ng, ns, out->dir)) return false;
     BentWalk w = {.run = run,
         .out = out,

@@ -61,16 +61,22 @@ static RTCGeometry exact_geometry(RTCDevice device, Object *o) {
     return g;
 }
 
+/* Corners in single precision, triangle by triangle; NULL: out of memory. */
+static float *corners_of(const Mesh *mesh, const float *vertices) {
+    float *corners = array_new(3 * mesh->triangle_count, 3 * sizeof *corners);
+    if (corners && vertices)
+        for (size_t i = 0; i < 3 * mesh->triangle_count; i++)
+            memcpy(&corners[3 * i], &vertices[3 * (size_t)mesh->triangles[i]], 3 * sizeof *corners);
+    return corners;
+}
+
 static RTCGeometry mesh_geometry(RTCDevice device, const Mesh *mesh) {
     RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     float *vertices = rtcSetNewGeometryBuffer(
         g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh->vertex_count);
-    uint32_t *indices = rtcSetNewGeometryBuffer(
-        g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), mesh->triangle_count);
-    if (vertices && indices) {
-        for (size_t i = 0; i < 3 * mesh->vertex_count; i++) vertices[i] = (float)mesh->positions[i];
-        memcpy(indices, mesh->triangles, 3 * sizeof(uint32_t) * mesh->triangle_count);
-    }
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->triangles, 0,
+        3 * sizeof(uint32_t), mesh->triangle_count);
+    for (size_t i = 0; vertices && i < 3 * mesh->vertex_count; i++) vertices[i] = (float)mesh->positions[i];
     return g;
 }
 
@@ -98,7 +104,9 @@ static void find_contacts(TraceScene *s) {
     s->standing = part_of(s, true);
 }
 
-static void build(TraceScene *s) {
+/* False: out of memory. */
+static bool build(TraceScene *s) {
+    bool complete = true;
     s->rtc = rtcNewScene(s->device);
     rtcSetSceneFlags(s->rtc, RTC_SCENE_FLAG_ROBUST);
     for (size_t i = 0; i < s->scene->object_count; i++) {
@@ -107,13 +115,17 @@ static void build(TraceScene *s) {
         if (s->scene->materials[o->material].kind->transparency) s->any_transparent = true;
         if (!o->exact && o->mesh.triangle_count == 0) continue;
         RTCGeometry g = o->exact ? exact_geometry(s->device, o) : mesh_geometry(s->device, &o->mesh);
-        if (!o->exact) s->vertices[i] = rtcGetGeometryBufferData(g, RTC_BUFFER_TYPE_VERTEX, 0);
+        if (!o->exact) {
+            s->corners[i] = corners_of(&o->mesh, rtcGetGeometryBufferData(g, RTC_BUFFER_TYPE_VERTEX, 0));
+            complete &= s->corners[i] != NULL;
+        }
         rtcCommitGeometry(g);
         rtcAttachGeometryByID(s->rtc, g, (unsigned)i);
         rtcReleaseGeometry(g);
     }
     rtcCommitScene(s->rtc);
-    find_contacts(s);
+    if (complete) find_contacts(s);
+    return complete;
 }
 
 cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
@@ -122,16 +134,15 @@ cau_result trace_create(TraceScene **out, const Scene *scene, CauError *err) {
     if (!s) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
     s->scene = scene;
     s->contacts = array_new(scene->object_count, sizeof *s->contacts);
-    s->vertices = array_new(scene->object_count, sizeof *s->vertices);
+    s->corners = array_new(scene->object_count, sizeof *s->corners);
     cau_result result = CAU_OK;
-    if (!s->contacts || !s->vertices)
+    if (!s->contacts || !s->corners)
         result = error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
     if (result == CAU_OK && !(s->device = rtcNewDevice(NULL)))
         result = error_set(err, CAU_ERROR_RESOURCE, "Embree could not be started on this processor");
-    if (result == CAU_OK) {
-        build(s);
-        result = device_check(s, "building its tree", err);
-    }
+    if (result == CAU_OK)
+        result = build(s) ? device_check(s, "building its tree", err)
+                          : error_set(err, CAU_ERROR_RESOURCE, "out of memory for the ray tracer");
     if (result != CAU_OK)
         trace_destroy(&s);
     else
@@ -147,7 +158,8 @@ void trace_destroy(TraceScene **scene) {
     if (s->rtc) rtcReleaseScene(s->rtc);
     if (s->device) rtcReleaseDevice(s->device);
     free(s->contacts);
-    free(s->vertices);
+    for (size_t i = 0; s->corners && i < s->scene->object_count; i++) free(s->corners[i]);
+    free(s->corners);
     free(s);
     *scene = NULL;
 }

@@ -20,12 +20,12 @@ struct TraceScene {
     const Scene *scene;
     RTCDevice device;
     RTCScene rtc;
-    const float **vertices; /* [object] Embree's own copy of a mesh's; NULL: an exact surface */
-    bool any_hidden;        /* some object is invisible to some kind of ray */
-    bool any_transparent;   /* some object lets light straight through */
-    Contact *contacts;      /* [object] where casters lie on receivers, face to face */
-    RTCScene touched;       /* the receivers that casters lie on; NULL: none */
-    RTCScene standing;      /* those casters */
+    float **corners;      /* [object] nine numbers a triangle, as Embree has them; NULL: no mesh */
+    bool any_hidden;      /* some object is invisible to some kind of ray */
+    bool any_transparent; /* some object lets light straight through */
+    Contact *contacts;    /* [object] where casters lie on receivers, face to face */
+    RTCScene touched;     /* the receivers that casters lie on; NULL: none */
+    RTCScene standing;    /* those casters */
 };
 
 /** What an exact surface needs beyond Embree's single precision. */
@@ -37,19 +37,13 @@ typedef struct ExactQuery {
     ShapeHit best;
 } ExactQuery;
 
-/** A corner as Embree has it. Not rounded from the scene's double: gcc 12 at -O3 leaves that out where it
- * makes vectors of it. */
-static inline V3 embree_vertex(const float *vertices, uint32_t i) {
-    const float *p = &vertices[3 * (size_t)i];
-    return v3((double)p[0], (double)p[1], (double)p[2]);
-}
-
-static inline void embree_corners(
-    const TraceScene *s, unsigned object, uint32_t primitive, V3 *a, V3 *b, V3 *c) {
-    const uint32_t *index = &s->scene->objects[object].mesh.triangles[3 * (size_t)primitive];
-    *a = embree_vertex(s->vertices[object], index[0]);
-    *b = embree_vertex(s->vertices[object], index[1]);
-    *c = embree_vertex(s->vertices[object], index[2]);
+/** The corners of a triangle as Embree has them. They lie together: a hit waits for memory once. Not rounded
+ * here from the scene's double: gcc 12 at -O3 leaves that out where it makes vectors of it. */
+static inline void embree_corners(const float *corners, uint32_t primitive, V3 *a, V3 *b, V3 *c) {
+    const float *p = &corners[9 * (size_t)primitive];
+    *a = v3((double)p[0], (double)p[1], (double)p[2]);
+    *b = v3((double)p[3], (double)p[4], (double)p[5]);
+    *c = v3((double)p[6], (double)p[7], (double)p[8]);
 }
 
 #endif

@@ -30,7 +30,7 @@ static bool collect(struct RTCPointQueryFunctionArguments *a) {
     NearTriangle *t = &c->out[c->count++];
     *t = (NearTriangle){.object = (int)a->geomID, .primitive = a->primID, .exact = o->exact};
     if (o->exact) return false;
-    embree_corners(c->trace, a->geomID, a->primID, &t->a, &t->b, &t->c);
+    embree_corners(c->trace->corners[a->geomID], a->primID, &t->a, &t->b, &t->c);
     return false;
 }
 

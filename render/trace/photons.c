@@ -1,20 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/trace/photons.h"
+#include "render/trace/deposits.h"
 
 #include "core/checked.h"
 #include "core/rng.h"
 
-enum { BATCH_SIZE = 1024, DEPTH_MAX = 1000, ROULETTE_DEPTH = 1 };
+enum { DEPTH_MAX = 1000, ROULETTE_DEPTH = 1 };
 
 /* Below this share of the emitted flux a photon plays roulette. */
 #define ROULETTE_SHARE 0.05
-
-typedef struct PhotonBatch {
-    Deposit *items;
-    size_t count, capacity;
-    FluxAccount account;
-    bool out_of_memory;
-} PhotonBatch;
 
 typedef struct Flight {
     const PhotonRun *run;
@@ -33,40 +26,7 @@ typedef struct Flight {
     bool waved; /* so far the path is estimator W's */
 } Flight;
 
-void flux_account_add(FluxAccount *sum, const FluxAccount *part) {
-    sum->emitted = rgb_add(sum->emitted, part->emitted);
-    sum->landed = rgb_add(sum->landed, part->landed);
-    sum->straight = rgb_add(sum->straight, part->straight);
-    sum->absorbed = rgb_add(sum->absorbed, part->absorbed);
-    sum->escaped = rgb_add(sum->escaped, part->escaped);
-    sum->cut = rgb_add(sum->cut, part->cut);
-    sum->bent = rgb_add(sum->bent, part->bent);
-    sum->dropped = rgb_add(sum->dropped, part->dropped);
-    sum->photons += part->photons;
-    sum->rays += part->rays;
-    sum->deposits += part->deposits;
-    sum->non_finite += part->non_finite;
-}
-
 static void tally(Rgb *sum, Rgb flux) { *sum = rgb_add(*sum, flux); }
-
-/* Octahedral map: Cigolle et al. 2014, "A survey of efficient representations for independent unit vectors".
- */
-void normal_encode(V3 n, int16_t out[2]) {
-    double s = 1 / (fabs(n.x) + fabs(n.y) + fabs(n.z)), x = n.x * s, y = n.y * s;
-    if (n.z < 0) {
-        double fx = (1 - fabs(y)) * copysign(1, x), fy = (1 - fabs(x)) * copysign(1, y);
-        x = fx;
-        y = fy;
-    }
-    out[0] = (int16_t)lrint(x * 32767);
-    out[1] = (int16_t)lrint(y * 32767);
-}
-
-V3 normal_decode(const int16_t n[2]) {
-    double x = n[0] / 32767.0, y = n[1] / 32767.0, z = 1 - fabs(x) - fabs(y), fold = fmax(-z, 0);
-    return v3_normalize(v3(x - copysign(fold, x), y - copysign(fold, y), z));
-}
 
 /* ---- deposits ---- */
 
@@ -366,8 +326,6 @@ static void bent_photon(const PhotonRun *run, PhotonBatch *b, uint32_t i) {
         tally(&b->account.cut, f.flux);
 }
 
-static size_t batches_of(uint32_t photons) { return (photons + (size_t)BATCH_SIZE - 1) / BATCH_SIZE; }
-
 /* First the lamp's batches, then those of bent normals. */
 static void trace_batch(void *data, size_t index, unsigned thread) {
     (void)thread;
@@ -376,51 +334,18 @@ static void trace_batch(void *data, size_t index, unsigned thread) {
     b->count = 0;
     b->account = (FluxAccount){0};
     if (run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed)) return;
-    bool bent = index >= batches_of(run->photons);
-    if (bent) index -= batches_of(run->photons);
-    uint32_t first = (uint32_t)index * BATCH_SIZE, last = first + BATCH_SIZE;
+    bool bent = index >= photon_batches(run->photons);
+    if (bent) index -= photon_batches(run->photons);
+    uint32_t first = (uint32_t)index * PHOTONS_PER_BATCH, last = first + PHOTONS_PER_BATCH;
     uint32_t photons = bent ? run->bent_photons : run->photons;
     if (last > photons) last = photons;
     b->account.photons = last - first;
     for (uint32_t i = first; i < last; i++) (bent ? bent_photon : lamp_photon)(run, b, i);
 }
 
-/* ---- joining ---- */
-
-static FluxAccount per_photon(FluxAccount a, double photons) {
-    double s = 1 / photons;
-    Rgb *parts[] = {&a.emitted, &a.landed, &a.straight, &a.absorbed, &a.escaped, &a.cut, &a.bent, &a.dropped};
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) *parts[i] = rgb_scale(*parts[i], s);
-    return a;
-}
-
-static cau_result join(const PhotonRun *run, DepositList *out, FluxAccount *account, CauError *err) {
-    FluxAccount sum[2] = {0};
-    size_t lamp_batches = batches_of(run->photons);
-    out->count = 0;
-    for (size_t i = 0; i < out->batch_count; i++) {
-        PhotonBatch *b = &out->batches[i];
-        if (b->out_of_memory ||
-            !array_reserve((void **)&out->items, &out->capacity, out->count + b->count, sizeof *out->items))
-            return error_set(err, CAU_ERROR_RESOURCE,
-                "out of memory for %zu photon deposits; use fewer photons per pass", out->count + b->count);
-        if (b->count) memcpy(out->items + out->count, b->items, b->count * sizeof *b->items);
-        out->count += b->count;
-        flux_account_add(&sum[i >= lamp_batches], &b->account);
-    }
-    if (run->photons) {
-        sum[0] = per_photon(sum[0], run->photons);
-        flux_account_add(account, &sum[0]);
-    }
-    if (!run->bent_photons) return CAU_OK;
-    sum[1] = per_photon(sum[1], run->bent_photons);
-    flux_account_add(run->bent_account, &sum[1]);
-    return CAU_OK;
-}
-
 cau_result photons_trace(
     const PhotonRun *run, TaskPool *pool, DepositList *out, FluxAccount *account, CauError *err) {
-    size_t batches = batches_of(run->photons) + batches_of(run->bent_photons);
+    size_t batches = photon_batches(run->photons) + photon_batches(run->bent_photons);
     if (batches > out->batch_count) {
         PhotonBatch *grown = realloc(out->batches, batches * sizeof *grown);
         if (!grown)
@@ -436,12 +361,5 @@ cau_result photons_trace(
     void *data[2] = {(void *)run, out};
     tasks_run(pool, batches, trace_batch, data);
     if (run->cancel && atomic_load(run->cancel)) return CAU_ERROR_CANCELLED;
-    return join(run, out, account, err);
-}
-
-void deposits_free(DepositList *list) {
-    for (size_t i = 0; i < list->batch_count; i++) free(list->batches[i].items);
-    free(list->batches);
-    free(list->items);
-    *list = (DepositList){0};
+    return deposits_join(run, out, account, err);
 }
