@@ -2,6 +2,7 @@
 #include "render/emit/emit.h"
 
 #include "core/rng.h"
+#include "core/sampling.h"
 
 /* Solid angle 2 pi (1 - cos) of a ball seen from outside at squared distance d2; stable for small balls. */
 static double ball_solid_angle(double radius, double d2) {
@@ -16,14 +17,15 @@ static bool ball_in_direction(const Ball *b, V3 origin, V3 dir) {
 }
 
 /* Uniform direction in the cone that a ball subtends. */
-static V3 sample_cone(const Ball *b, V3 origin, double u, double v) {
+static V3 sample_ball_cone(const Ball *b, V3 origin, double u, double v) {
     V3 oc = v3_sub(b->center, origin), s, t;
     double d2 = v3_dot(oc, oc), s2 = square(b->radius) / d2;
     double one_minus_cos = u * s2 / (1 + sqrt(1 - s2)), cosine = 1 - one_minus_cos;
-    double sine = sqrt(fmax(0, one_minus_cos * (2 - one_minus_cos))), phi = 2 * CAU_PI * v;
+    double sine = sqrt(fmax(0, one_minus_cos * (2 - one_minus_cos))), x, y;
+    sincos_turn(v, &y, &x);
     V3 axis = v3_scale(oc, 1 / sqrt(d2));
     v3_frame(axis, &s, &t);
-    return v3_from_frame(v3(sine * cos(phi), sine * sin(phi), cosine), s, t, axis);
+    return v3_from_frame(v3(sine * x, sine * y, cosine), s, t, axis);
 }
 
 /* Picks a ball with probability proportional to `share`, and gives the rest of u back as a new uniform. */
@@ -57,7 +59,7 @@ bool aim_direction(const Aim *aim, V3 origin, double u, double v, V3 *dir, doubl
     double total = solid_angles(aim, origin, share);
     if (!(total > 0)) return false;
     size_t k = pick(share, aim->count, total, &u), hits = 0;
-    *dir = sample_cone(&aim->balls[k], origin, u, v);
+    *dir = sample_ball_cone(&aim->balls[k], origin, u, v);
     for (size_t j = 0; j < aim->count; j++) hits += j == k || ball_in_direction(&aim->balls[j], origin, *dir);
     *pdf = (double)hits / total;
     return true;
@@ -137,8 +139,9 @@ static bool emit_infinite(const Light *light, const AimMix *mix, double u[4], Ph
     size_t k = pick(area, aim->count, total, &u[2]);
     V3 s, t;
     v3_frame(start.dir, &s, &t);
-    double r = aim->balls[k].radius * sqrt(u[2]), phi = 2 * CAU_PI * u[3];
-    V3 p = v3_add(aim->balls[k].center, v3_add(v3_scale(s, r * cos(phi)), v3_scale(t, r * sin(phi))));
+    double r = aim->balls[k].radius * sqrt(u[2]), x, y;
+    sincos_turn(u[3], &y, &x);
+    V3 p = v3_add(aim->balls[k].center, v3_add(v3_scale(s, r * x), v3_scale(t, r * y)));
     double pdf = share * infinite_pdf(aim, p, start.dir);
     if (other) pdf += (1 - share) * infinite_pdf(other, p, start.dir);
     /* Back to where the line enters the ball around everything. */

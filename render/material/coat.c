@@ -14,10 +14,10 @@ static double albedo_quadrature(const Coat *coat, double cos_i) {
     V3 wi = v3(sqrt(1.0 - cos_i * cos_i), 0.0, cos_i);
     double sum = 0.0, alpha = coat->alpha;
     for (int i = 0; i < LATTICE_POINTS; i++) {
-        /* The wi-z plane mirrors: with the disk's y axis in it, v in [-1/4, 1/4] covers one half. */
+        /* The wi-z plane mirrors: with the disk's y axis in it, v in [3/4, 5/4] covers one half. */
         double u = (i + 0.5) / LATTICE_POINTS,
                v = (double)(i * LATTICE_STEP % LATTICE_POINTS) / LATTICE_POINTS;
-        V3 h = ggx_sample(wi, alpha, u, 0.5 * v - 0.25);
+        V3 h = ggx_sample(wi, alpha, u, 0.5 * v + 0.75);
         double c = v3_dot(wi, h);
         V3 wo = reflect_about(wi, h, c);
         if (wo.z > 0.0) sum += coat_fresnel(coat, c) * ggx_g1(wo, alpha);
