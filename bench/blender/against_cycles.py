@@ -74,18 +74,29 @@ def blocks(x):
     return x[:h, :w].mean(-1).reshape(h // BLOCK, BLOCK, w // BLOCK, BLOCK).mean((1, 3))
 
 
-def verdict(mine, theirs):
-    """mine, theirs: lists of pictures. (ratio, standard error, share of blocks, passes)."""
+def verdict(mine, theirs, shares=True):
+    """mine, theirs: lists of pictures. (ratio, standard error, share of blocks or 0, passes)."""
     a, b = (np.array([p.mean() for p in x]) for x in (mine, theirs))
     ratio = a.mean() / b.mean()
     sigma = np.hypot(a.std(ddof=1) / len(a)**0.5 / a.mean(), b.std(ddof=1) / len(b)**0.5 / b.mean()) * ratio
+    passes = abs(ratio - 1) <= RELATIVE + SIGMAS * sigma
+    if not shares:
+        return ratio, sigma, 0, passes
     ma, mb = (np.array([blocks(p) for p in x]) for x in (mine, theirs))
     sd = np.hypot(ma.std(0, ddof=1) / len(ma)**0.5, mb.std(0, ddof=1) / len(mb)**0.5)
     worst = np.abs(ma.mean(0) - mb.mean(0)) / (mb.mean() + mb.mean(0) + sd)
     at = np.unravel_index(worst.argmax(), worst.shape)
     print(f"  worst block {at[0]},{at[1]}: {ma.mean(0)[at]:.5f} against {mb.mean(0)[at]:.5f} +- {sd[at]:.5f}", flush=True)
     far = np.abs(ma.mean(0) - mb.mean(0)) > 0.05 * mb.mean() + 0.05 * mb.mean(0) + 3 * sd
-    return ratio, sigma, far.mean(), abs(ratio - 1) <= RELATIVE + SIGMAS * sigma
+    return ratio, sigma, far.mean(), passes
+
+
+def seen(picture, mine, theirs):
+    """Of what mirrors and glass in front show: they have no Diffuse Color."""
+    albedo = next(v for k, v in picture.items() if k.endswith(("DiffCol", "Diffuse Color")))
+    for what, mask in built.halves(albedo).items():
+        ratio, sigma = verdict([x[mask][:, None] for x in mine], [x[mask][:, None] for x in theirs], shares=False)[:2]
+        print(f"  {what}: {mask.sum()} pixels, caustics / Cycles {ratio:.4f} +- {sigma:.4f}", flush=True)
 
 
 def compare(name, spp, seeds, photons):
@@ -102,7 +113,8 @@ def compare(name, spp, seeds, photons):
         for k in range(seeds):
             scene.cycles.samples = 4
             job = caustics.generate(output=os.path.join(folder, "out"), photons=photons, seed=k, indirect="ON", keep_beauty=True)
-            added.append(layers(job.result)["ViewLayer.Combined"] - layers(job.beauty)["ViewLayer.Combined"])
+            picture = layers(job.beauty)
+            added.append(layers(job.result)["ViewLayer.Combined"] - picture["ViewLayer.Combined"])
             made = caustics.export(os.path.join(folder, "scene"))
             region = ["--region", ",".join(map(str, made.region))] if made.region else []
             direct = case.render_export(made, "--estimator", "R", "--layers", "beauty", "--photons", str(PATHS), "--seed", str(k), *region)
@@ -113,7 +125,9 @@ def compare(name, spp, seeds, photons):
             beauty.append(total)
         c = verdict(added, [a - b for a, b in zip(on, off)])
         b = verdict(beauty, off)
-    textured = name == "textured"  # R has the mean in place of the texture
+    if name == "textured_seen":
+        seen(picture, added, [x - y for x, y in zip(on, off)])
+    textured = name.startswith("textured")  # R has the mean in place of the texture
     ok = c[3] and (b[3] or textured)
     print(f"COMPARE {name:12} caustics / Cycles {c[0]:.4f} +- {c[1]:.4f}, blocks beyond {100 * c[2]:.1f} %; "
           f"beauty / Cycles {b[0]:.4f} +- {b[1]:.4f}, blocks beyond {100 * b[2]:.1f} %; "

@@ -3,6 +3,7 @@
 import math
 
 import bpy
+import numpy as np
 from mathutils import Matrix, Vector
 
 
@@ -175,6 +176,24 @@ def textured(scene):
     tree.links.new(node.outputs[0], tree.nodes["Diffuse BSDF"].inputs["Color"])
 
 
+def textured_seen(scene, repeat=8):
+    """The checkered floor's caustic also through a glass ball in front of it (in the middle) and in a mirror (on the left).
+    Finer checks: there their mean stands in."""
+    textured(scene)
+    scene.objects["Floor"].data.uv_layers[0].data.foreach_set("uv", [repeat * x for x in (0, 0, 1, 0, 1, 1, 0, 1)])
+    scene.camera.data.angle = math.radians(70)
+    ball("Front", scene.objects["Ball"].data.materials[0], (-0.25, -2.15, 1.25), 0.25)
+    mirror = material("mirror", "ShaderNodeBsdfGlossy" if bpy.app.version < (4, 0, 0) else "ShaderNodeBsdfAnisotropic", Color=(0.9, 0.9, 0.9, 1), Roughness=0.0)
+    mesh("Mirror", [(-1.5, -2.5, 0.01), (-1.5, 0.5, 0.01), (-1.5, 0.5, 1.5), (-1.5, -2.5, 1.5)], [(0, 1, 2, 3)], mirror)
+    bpy.context.view_layer.update()
+
+
+def halves(albedo):
+    """Of textured_seen: {name: mask} of the pixels that see no receiver, from the Diffuse Color pass."""
+    dark, left = albedo.max(-1) < 1e-3, np.arange(albedo.shape[1]) < 0.3 * albedo.shape[1]
+    return {"mirror": dark & left, "glass": dark & ~left}
+
+
 def node_group(scene):
     """Glass inside a node group, its index of refraction computed from a socket of the group."""
     o = table()
@@ -202,4 +221,4 @@ def node_group(scene):
     o.data.materials[0] = m
 
 
-SCENES = {f.__name__: f for f in (instances, modifiers, negative, border_crop, ortho, two_groups, textured, node_group)}
+SCENES = {f.__name__: f for f in (instances, modifiers, negative, border_crop, ortho, two_groups, textured, textured_seen, node_group)}

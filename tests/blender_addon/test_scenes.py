@@ -172,6 +172,38 @@ class Geometry(Case):
         self.assertIsNotNone(meshes.view(bpy.data.objects["Ball"].data.vertices, "f4", 3, lambda v: v.co))
         self.assertIsNone(meshes.view(bpy.data.objects["Ball"].data.vertices, "f4", 3, lambda v: v.co * 2))  # not what it should be
 
+    def test_normals_are_the_same_each_time(self):
+        """Blender 3.x sums them in the order of its threads, which has 18 results of 30 for this ball."""
+        self.new()
+        o = built.ball("Ball", built.material("glass", "ShaderNodeBsdfGlass"), (0, 0, 0), 1.0, segments=512)
+        seen = set()
+        for _ in range(20):
+            o.data.update()
+            seen.add(meshes.vertex_normals(o.data, True).tobytes())
+        self.assertEqual(len(seen), 1)
+        made = np.frombuffer(seen.pop(), "f4").reshape(-1, 3)
+        co = meshes.positions(o.data, True)
+        np.testing.assert_allclose(made, co / np.linalg.norm(co, axis=1, keepdims=True), atol=1e-3 if NEW else 2e-4)
+        own = meshes.by_foreach(o.data.vertex_normals, "vector", "f4", 3)
+        np.testing.assert_allclose(made, own, atol=2e-3)
+        np.testing.assert_allclose(made, meshes.vertex_normals(o.data, False), rtol=0, atol=0)
+
+    def test_normals_of_any_faces(self):
+        """Faces of three to five corners, one of no area, and a vertex of no face, against Blender's own."""
+        self.new()
+        n = 40
+        v = [(x / n, y / n, 0.1 * math.sin(9 * x / n) * math.cos(7 * y / n)) for y in range(n + 1) for x in range(n + 1)] + [(0.5, 0.5, 2.0), (0.0, 0.0, -1.0)]
+        f = []
+        for y in range(n):
+            for x in range(n):
+                a, b, c, d = y * (n + 1) + x, y * (n + 1) + x + 1, (y + 1) * (n + 1) + x + 1, (y + 1) * (n + 1) + x
+                f += [(a, b, c, d)] if (x + y) % 2 else [(a, b, c), (a, c, d)]
+        top = n * (n + 1)
+        f += [(top, top + 1, top + 2, top + 3, len(v) - 2), (top, top + 1, top)[:2] + (top + 2,)]
+        o = built.mesh("Sheet", v, f, built.material("m", "ShaderNodeBsdfGlass"), True)
+        self.assertGreater(len(f), meshes.RACES)
+        np.testing.assert_allclose(meshes.vertex_normals(o.data, True), meshes.by_foreach(o.data.vertex_normals, "vector", "f4", 3), atol=1e-4)
+
     def test_parts(self):
         """Two materials, smooth and flat faces, sharp edges: parts whose triangles are together those of the mesh."""
         self.new()

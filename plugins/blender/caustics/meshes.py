@@ -99,6 +99,55 @@ def polygon_of_triangle(mesh):
     return np.repeat(np.arange(len(totals), dtype="i4"), np.maximum(totals - 2, 0))
 
 
+RACES = 1024  # polygons from which on Blender 3.x shares the work
+CHUNK = 1 << 18
+
+
+def vertex_normals(mesh, pointers):
+    """Blender 3.x sums a vertex's normal in the order in which its threads come, and another last bit each time moves
+    photons: there they are summed here, in the mesh's order. Faces by their angle at the vertex, as Blender does."""
+    import bpy
+    np = numpy()
+    if bpy.app.version >= (4, 0, 0) or len(mesh.polygons) <= RACES:
+        return array(mesh.vertex_normals, "vector", "f4", 3, pointers)
+    co = [np.ascontiguousarray(x) for x in positions(mesh, pointers).T]
+    flat = [np.ascontiguousarray(x) for x in by_foreach(mesh.polygons, "normal", "f4", 3).T]
+    of_corner = view(mesh.loops, "i4", 1, lambda loop: [loop.vertex_index]) if pointers else None
+    of_corner = (by_foreach(mesh.loops, "vertex_index", "i4", 1) if of_corner is None else of_corner).ravel()
+    start, total = (by_foreach(mesh.polygons, name, "i4", 1).ravel() for name in ("loop_start", "loop_total"))
+    sums = [np.zeros(len(co[0])) for _ in range(3)]
+    for first in range(0, len(start), CHUNK):
+        some = slice(first, first + CHUNK)
+        add_corners(sums, co, of_corner, start[some], total[some], [x[some] for x in flat])
+    length = np.sqrt(sum(x * x for x in sums))
+    alone = np.nonzero(length <= 1e-35)[0]  # of no face, or of faces back to back: Blender takes the direction from the origin
+    for x, c in zip(sums, co):
+        x[alone] = c[alone]
+    length[alone] = np.maximum(np.sqrt(sum(x[alone]**2 for x in sums)), 1e-35)
+    return np.stack([(x / length).astype("f4") for x in sums], axis=1)
+
+
+def add_corners(sums, co, of_corner, start, total, flat):
+    """Adds each polygon's normal to its vertices, times the angle there. Polygons of one size at a time."""
+    np = numpy()
+    for n in np.unique(total):
+        faces = np.nonzero(total == n)[0]
+        v = [of_corner[start[faces] + i] for i in range(n)]
+        at = [[c[corner] for c in co] for corner in v]
+        edges = [unit([b - a for a, b in zip(at[i], at[(i + 1) % n])]) for i in range(n)]
+        for i in range(n):  # twice the arc sine of half the chord, which is exact for small angles too
+            chord = np.sqrt(sum((a + b)**2 for a, b in zip(edges[i], edges[i - 1])))
+            angle = 2 * np.arcsin(np.minimum(0.5 * chord, 1))
+            for x, f in zip(sums, flat):
+                x += np.bincount(v[i], angle * f[faces], len(x))
+
+
+def unit(vector):
+    np = numpy()
+    length = np.maximum(np.sqrt(sum(x * x for x in vector)), np.float32(1e-35))
+    return [x / length for x in vector]
+
+
 def normals(mesh, tri_corners, pointers):
     """What Cycles interpolates: per vertex, or per corner where edges are sharp or normals are set by hand."""
     if hasattr(mesh, "corner_normals"):  # 4.1 on
@@ -107,7 +156,7 @@ def normals(mesh, tri_corners, pointers):
     elif mesh.use_auto_smooth:
         mesh.calc_normals_split()
         return by_foreach(mesh.loops, "normal", "f4", 3)[tri_corners]
-    return array(mesh.vertex_normals, "vector", "f4", 3, pointers)
+    return vertex_normals(mesh, pointers)
 
 
 def read(mesh, pointers=True):
