@@ -8,16 +8,25 @@ cd "$(dirname "$0")/../.."
 export CAUSTICS_BIN=${CAUSTICS_BIN:-$PWD/build/bin} PYTHONDONTWRITEBYTECODE=1
 [ $# -gt 0 ] || set -- against_cycles lamps mesh_handover animation window versions
 in_blender() { "${BLENDER:-blender}" -b --factory-startup --python-exit-code 1 --python "$@" | grep -v -e '^Fra:' -e '^Saved'; }
+failed=()
+try() { # name command...: goes on after a failure
+  local name=$1
+  shift
+  "$@" || { failed+=("$name") && echo "FAILED: $name"; }
+}
 for what in "$@"; do
   case $what in
-  window) docs/images/blender.sh ;;
+  window) try window docs/images/blender.sh ;;
   versions)
     for blender in "${CAUSTICS_BPY:-build/bpy}"/*/blender; do
-      echo "$blender"
-      for t in scenes bases runs hosting; do BLENDER=$blender in_blender "tests/blender_addon/test_$t.py"; done
-      BLENDER=$blender in_blender bench/blender/lamps.py
+      version=$(basename "$(dirname "$blender")")
+      export BLENDER=$blender CAUSTICS_BLENDER=$blender
+      for t in scenes bases edges runs hosting; do try "$version: $t" in_blender "tests/blender_addon/test_$t.py"; done
+      try "$version: lamps" in_blender bench/blender/lamps.py
+      unset BLENDER CAUSTICS_BLENDER
     done
     ;;
-  *) in_blender "bench/blender/$what.py" ;;
+  *) try "$what" in_blender "bench/blender/$what.py" ;;
   esac
 done
+[ ${#failed[@]} -eq 0 ] || { printf 'failed: %s\n' "${failed[@]}" >&2 && exit 1; }

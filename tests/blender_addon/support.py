@@ -115,4 +115,4 @@ def run(*modules):
     os._exit(0 if result.wasSuccessful() and result.testsRun else 1)
 
 
-__all__ = ["Case", "built", "caustics", "json", "layers", "np", "run", "struct", "world_triangles"]
+__all__ = ["Case", "built", "caustics", "exrlib", "json", "layers", "np", "run", "struct", "world_triangles"]

@@ -4,6 +4,7 @@ import math
 import os
 import sys
 import types
+import unittest
 
 import bpy
 from bpy_extras.object_utils import world_to_camera_view
@@ -295,6 +296,20 @@ class Lights(Case):
         built.lamp("Sun", "SUN", (0, 0, 5), (0, 0, 0), 3.0, angle=1.2)
         light, = [x for x in self.export().doc["lights"] if x["type"] == "sun"]
         self.assertAlmostEqual(light["strength"] / 3, 1.0 if NEW else 0.9043, 3)
+
+    @unittest.skipUnless("normalize" in bpy.types.Light.bl_rna.properties, "4.5 on")
+    def test_not_normalized(self):
+        """Lamps of any size shine on what they reach as bench/blender/lamps.py has measured them."""
+        self.new()
+        for kind, area, values in (("AREA", 0.125, {"shape": "RECTANGLE", "size": 0.5, "size_y": 0.25}), ("AREA", math.pi / 16, {"shape": "DISK", "size": 0.5}),
+                                   ("POINT", 4 * math.pi * 0.04, {"shadow_soft_size": 0.2}), ("POINT", 4, {"shadow_soft_size": 0.0}),
+                                   ("SUN", math.pi * math.sin(0.1) ** 2, {"angle": 0.2}), ("SUN", 1, {"angle": 0.0})):
+            built.empty()
+            lamps = [built.lamp(str(n), kind, (0, 0, 3), (0, 0, 0), 10.0, normalize=n, **values) for n in (True, False)]
+            built.camera()
+            lights = {light["name"]: light for light in self.export().doc["lights"]}
+            key = "strength" if kind == "SUN" else "power_w"
+            self.assertAlmostEqual(lights["False"][key] / lights["True"][key] / area, 1.0, 5, (kind, values, lamps))
 
     def test_spot(self):
         self.new()

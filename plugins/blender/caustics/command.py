@@ -12,7 +12,7 @@ import sys
 import bpy
 
 from . import engine, extract, show
-from .errors import CausticsError
+from .errors import CausticsError, written
 from .job import Job
 
 
@@ -58,7 +58,7 @@ def export(folder, scene=None, view_layer=None, pointers=True):
         made = extract.Extract(folder, pointers)
         engine.look_at(scene, layer.name, lambda _, depsgraph: made.read(depsgraph))
     except OSError as error:
-        raise CausticsError(f"{error.filename or folder} cannot be written ({error.strerror}); choose another folder.") from None
+        raise written(error, folder) from None
     return made
 
 

@@ -13,6 +13,11 @@ class Cancelled(CausticsError):
         super().__init__("Cancelled; all settings are as they were.")
 
 
+def written(error, place):
+    """A CausticsError for an OSError of writing: a disk that is full, a folder that may not be written."""
+    return CausticsError(f"{error.filename or place} cannot be written ({error.strerror or error}); make room there or choose another folder.")
+
+
 class Notes:
     """What is shown beside the result: things left out or approximated, each once, by name and with the reason."""
 

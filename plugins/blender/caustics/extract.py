@@ -25,7 +25,7 @@ class Extract:
         self.notes, self.triangles, self.files = Notes(), 0, 0
         self.materials = Materials(self.notes)
         self.names, self.parts, self.objects, self.lights = set(), {}, [], []
-        self.doc, self.region, self.view_layer, self.frame = None, None, "", 0
+        self.doc, self.region, self.layer, self.view_layer, self.frame = None, None, None, "", 0
         self.path = os.path.join(folder, FILE_NAME)
 
     @property
@@ -35,7 +35,11 @@ class Extract:
     def read(self, depsgraph):
         """Reads all and writes the files."""
         scene = depsgraph.scene_eval
-        self.view_layer, self.frame = depsgraph.view_layer.name, scene.frame_current
+        self.layer, self.frame = depsgraph.view_layer, scene.frame_current
+        self.view_layer = self.layer.name
+        for other in depsgraph.scene.view_layers:
+            if other.use and other.name != self.view_layer:
+                self.notes.add(f'View layer "{other.name}"', f'caustics are those of "{self.view_layer}"; its own picture stays as it is')
         camera = views.camera(scene.camera and scene.camera.evaluated_get(depsgraph), scene, self.notes)
         self.region = views.region(scene.render)
         for instance in depsgraph.object_instances:
@@ -112,7 +116,7 @@ class Extract:
     def visibility(self, obj, instance):
         who = [obj] + ([instance.parent] if instance.is_instance and instance.parent else [])
         made = {}
-        if not all(o.visible_camera for o in who):
+        if not all(o.visible_camera for o in who) or self.by_layer(who, "indirect_only_get"):
             made["visible_to_camera"] = False
         rays = [ray for ray, flag in RAYS if all(getattr(o, flag) for o in who)]
         if len(rays) < len(RAYS):
@@ -120,9 +124,16 @@ class Extract:
         for key, flag in (("casts_caustics", "casts"), ("receives_caustics", "receives")):
             if not all(takes_part(o, flag) for o in who):
                 made[key] = False
-        if any(o.is_holdout or o.is_shadow_catcher for o in who):
-            self.notes.add(f'Object "{obj.name}"', "holdouts and shadow catchers are not built; it is taken as an object like others")
+        if any(o.is_holdout for o in who) or self.by_layer(who, "holdout_get"):
+            made["receives_caustics"] = False
+            self.notes.add(f'Object "{obj.name}"', "a holdout shows no caustics, in mirrors and through glass either")
+        if any(o.is_shadow_catcher for o in who):
+            self.notes.add(f'Object "{obj.name}"', "caustics on a shadow catcher are added as light over its transparent pixels")
         return made
+
+    def by_layer(self, who, what):
+        """What collections say of objects in this view layer."""
+        return any(getattr(o.original, what)(view_layer=self.layer) for o in who)
 
     def write_parts(self, obj, slots):
         """The PLY files of an object's mesh, one per material and shading: [(material, smooth, file, triangles)]."""

@@ -11,7 +11,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import engine, pictures, programs, switches, views
-from .errors import Cancelled, CausticsError
+from .errors import Cancelled, CausticsError, written
 from .extract import Extract
 
 
@@ -58,6 +58,8 @@ class Session:
             pass
         except CausticsError as error:
             self.errors.append(f"Frame {scene.frame_current}: {error}")
+        except OSError as error:
+            self.errors.append(f"Frame {scene.frame_current}: {written(error, self.folder)}")
 
     def frame(self, render_engine, depsgraph, options):
         place = os.path.join(self.folder, str(depsgraph.scene_eval.frame_current))
@@ -156,6 +158,8 @@ def render_write(scene, *_):
             session.add(scene)
         except CausticsError as error:
             session.errors.append(f"Frame {scene.frame_current}: {error}")
+        except OSError as error:
+            session.errors.append(f"Frame {scene.frame_current}: {written(error, session.folder)}")
 
 
 @persistent

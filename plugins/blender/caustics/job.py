@@ -9,7 +9,7 @@ import time
 import bpy
 
 from . import engine, extract, pictures, programs, switches, views
-from .errors import Cancelled, CausticsError
+from .errors import Cancelled, CausticsError, written
 
 WAIT_S = 0.05
 BYTES_PER_TRIANGLE = 240  # at its peak: caustic-render with a mesh of 565,000 triangles, measured
@@ -48,6 +48,8 @@ class Job:
             if self.beauty:
                 yield from self.timed("add", self.add())
             self.stage, self.progress, self.text = "done", 1.0, "Done"
+        except OSError as error:
+            raise written(error, self.folder) from None
         finally:
             if self.child:
                 self.child.stop()

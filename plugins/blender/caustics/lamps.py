@@ -81,8 +81,7 @@ def lamp(obj, matrix, name, say):
         say("it has negative light, which nothing can focus; it is left out")
         return None
     if not getattr(data, "normalize", True):
-        say("its power is not normalized by its area, which is not built; it is left out")
-        return None
+        strength *= surface(data, scales(matrix))
     if not math.isfinite(strength * sum(color)):
         say("its power is not a finite number; it is left out")
         return None
@@ -101,6 +100,16 @@ def peculiarities(obj, say):
     linking = getattr(obj, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
         say("light linking is not built; it shines on everything")
+
+
+def surface(data, size):
+    """What Blender 4.5 on does not divide by where "Normalize" is off: the lamp's area, or a sun's share of the sky."""
+    if data.type == "AREA":
+        sides = size[0] * size[1] * data.size * (data.size if data.shape in ("SQUARE", "DISK") else data.size_y)
+        return sides * (math.pi / 4 if data.shape in ("DISK", "ELLIPSE") else 1.0)
+    if data.type == "SUN":
+        return math.pi * math.sin(min(data.angle, math.pi) / 2) ** 2 or 1.0
+    return 4 * (math.pi * data.shadow_soft_size**2 or 1.0)
 
 
 def sun_factor(angle):
