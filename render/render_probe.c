@@ -79,7 +79,7 @@ static cau_result probe_cycles(Probe *p, uint32_t pass, LightProbe *probes, CauE
 
 /* The mean picture of one pass of one layer of one light. */
 static cau_result probe_layer(Probe *p, const GatherRun *gather, size_t light, PathOwner owner, uint32_t pass,
-    double *mean, double *bent_share, uint64_t *deposits, CauError *err) {
+    double *mean, double *bent_share, double *rays, uint64_t *deposits, CauError *err) {
     cau_render *r = p->r;
     const Light *l = &p->scene.lights[light];
     uint64_t key =
@@ -106,6 +106,7 @@ static cau_result probe_layer(Probe *p, const GatherRun *gather, size_t light, P
     *mean = image_mean(p->image, p->pixels);
     double bent = rgb_max(bent_account.landed), landed = rgb_max(account.landed) + bent;
     *bent_share = landed > 0 ? bent / landed : 0;
+    *rays = account.photons ? (double)account.rays / (double)account.photons : 0;
     *deposits += p->deposits.count;
     return CAU_OK;
 }
@@ -191,12 +192,13 @@ static cau_result probe_photons(Probe *p, LightProbe *probes, Spread *spreads, u
     for (size_t i = 0; i < p->scene.light_count; i++) {
         if (!p->scene.lights[i].casts) continue;
         for (int k = 0; k < 2; k++) {
-            double mean, bent;
+            double mean, bent, rays;
             uint64_t *count = k ? &probes[i].indirect_deposits : &probes[i].direct_deposits;
             CAU_TRY(probe_layer(
-                p, &gather, i, k ? OWNER_INDIRECT : OWNER_DIRECT, pass, &mean, &bent, count, err));
+                p, &gather, i, k ? OWNER_INDIRECT : OWNER_DIRECT, pass, &mean, &bent, &rays, count, err));
             if (k == 0) probe_blur(p, i, &probes[i]);
             if (k == 0) probes[i].bent_share += bent / PROBE_PASSES;
+            if (k == 0) probes[i].photon_rays += rays / PROBE_PASSES;
             spreads[2 * i + (size_t)k].sum += mean;
             spreads[2 * i + (size_t)k].square_sum += mean * mean;
         }
@@ -231,15 +233,7 @@ static cau_result probe_hits(Probe *p, LightProbe *probes, CauError *err) {
     return CAU_OK;
 }
 
-/* A wavefront pays where neighbouring rays agree. Of casters whose map is too fine for that photons have the
- * smooth paths too; the share is that of `docs/architecture.md`. */
-#define WAVE_LEFT_MAX 0.35
-/* Where normals bend each facet is a map of its own. Rays per corner beyond which photons have such a caster:
- * a glass ball of 16 to 64 sides takes 40 to 60, a wine glass of a few facets 230, at fifteen times P's
- * seconds. */
-#define WAVE_RAYS_MAX 100.0
-
-static cau_result probe_wave(const Probe *p, size_t light, size_t object, CauError *err) {
+static cau_result probe_wave(const Probe *p, size_t light, size_t object, WaveCost *cost, CauError *err) {
     cau_render *r = p->r;
     WaveRun run = {.scene = &r->scene,
         .trace = r->trace,
@@ -252,23 +246,27 @@ static cau_result probe_wave(const Probe *p, size_t light, size_t object, CauErr
         .cancel = &r->cancel};
     WaveProbe found;
     CAU_TRY(wave_probe(&run, (int)object, &found, err));
-    bool bends = r->bent.objects && r->bent.objects[object].bends;
-    bool dear = bends && (double)found.rays > WAVE_RAYS_MAX * (double)found.corners;
-    if (dear || found.left > WAVE_LEFT_MAX * (found.left + found.landed)) r->waved[object] = false;
+    double all = found.left + found.landed;
+    *cost = (WaveCost){(double)found.rays / (double)found.corners, all > 0 ? found.left / all : 0};
+    if (!plan_wave_pays(cost, 1)) r->waved[object] = false;
     return CAU_OK;
 }
 
-static cau_result probe_waves(Probe *p, CauError *err) {
+static cau_result probe_waves(Probe *p, LightProbe *probes, CauError *err) {
     cau_render *r = p->r;
     if (r->options.estimator != CAU_ESTIMATOR_AUTO) return CAU_OK;
-    for (size_t i = 0; i < r->scene.light_count; i++)
+    for (size_t i = 0; i < r->scene.light_count; i++) {
+        probes[i].wave = array_new(r->scene.object_count, sizeof *probes[i].wave);
+        if (!probes[i].wave) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the probes");
         for (size_t o = 0; o < r->scene.object_count; o++)
-            if (r->waved[o] && r->scene.lights[i].casts) CAU_TRY(probe_wave(p, i, o, err));
+            if (r->waved[o] && r->scene.lights[i].casts)
+                CAU_TRY(probe_wave(p, i, o, &probes[i].wave[o], err));
+    }
     return CAU_OK;
 }
 
 static cau_result probe_all(Probe *p, LightProbe *probes, Spread *spreads, CauError *err) {
-    CAU_TRY(probe_waves(p, err));
+    CAU_TRY(probe_waves(p, probes, err));
     for (uint32_t pass = 0; pass < PROBE_PASSES; pass++) {
         CAU_TRY(probe_cycles(p, pass, probes, err));
         CAU_TRY(probe_photons(p, probes, spreads, pass, err));
@@ -295,7 +293,10 @@ cau_result render_probe(cau_render *r, CauError *err) {
                             : error_set(err, CAU_ERROR_RESOURCE, "out of memory for the probes");
     if (result == CAU_OK) result = probe_all(&p, probes, spreads, err);
     if (result == CAU_OK) result = plan_make(&r->plan, &r->scene, probes, &choice, err);
-    for (size_t i = 0; probes && i < n; i++) free(probes[i].object_hits);
+    for (size_t i = 0; probes && i < n; i++) {
+        free(probes[i].object_hits);
+        free(probes[i].wave);
+    }
     probe_free(&p);
     free(probes);
     free(spreads);

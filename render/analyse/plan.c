@@ -63,9 +63,13 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
  * its own picture. */
 #define PLACE_PIXELS 1.5
 /* Lights that need more places are estimator P's: each place draws its own picture, and what a focus lacks in
- * places is noise that photons do not have. Measured: a lamp 5 pixels wide in its focus costs W three times
- * P's seconds to the same error, one of half a pixel less than a tenth. */
+ * places is noise that photons do not have. */
 #define PLACES_MAX 4.0
+/* What W leaves to photons falls with its rays as slowly as any photon's light does, and it pays so many more
+ * rays for each; so beyond this product of rays per corner and share left, and of the square root of the
+ * places, photons are quicker. Set on the even seeds of bench/plan; docs/benchmarks.md says what it does to
+ * the odd ones. */
+#define WAVE_PRICE_MAX 55.0
 /* Photons that start at bent normals per ray of estimator W: this many when they carry this share of the
  * light, fewer with the square root of what they carry (the variance of a sum of such photons goes with it),
  * but never none: probes may miss what a narrow light lets them find. */
@@ -74,6 +78,24 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
 #define BENT_LEAST (1.0 / 16)
 /* What estimator W may leave out of its long paths; beyond it photons carry them. */
 #define DEEP_SHARE 1e-4
+
+bool plan_wave_pays(const WaveCost *cost, double places) {
+    return cost->rays * cost->left * sqrt(places) <= WAVE_PRICE_MAX;
+}
+
+/* What a wavefront to all casters costs, by what of the light meets each. */
+static WaveCost mean_cost(const Scene *scene, const LightProbe *probe, const bool *waved) {
+    WaveCost mean = {0};
+    double hits = 0;
+    for (size_t i = 0; probe->wave && i < scene->object_count; i++) {
+        double met = waved[i] ? (double)probe->object_hits[i] : 0;
+        mean.rays += met * probe->wave[i].rays;
+        mean.left += met * probe->wave[i].left;
+        hits += met;
+    }
+    if (hits > 0) mean = (WaveCost){mean.rays / hits, mean.left / hits};
+    return mean;
+}
 
 /* W for the smooth paths of lights that are seen as small from the casters, P for what holds a rough
  * scattering, long chains, and casters that W cannot follow. */
@@ -87,7 +109,9 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
         photons |= !choice->waved[i] || (scene->materials[scene->objects[i].material].lobes & LOBE_GLOSSY);
     }
     plan->places = fmax(1, square(probe->blur_pixels / PLACE_PIXELS));
-    bool small = plan->places <= PLACES_MAX || choice->estimator == PLAN_ESTIMATOR_W;
+    WaveCost cost = mean_cost(scene, probe, choice->waved);
+    bool small = choice->estimator == PLAN_ESTIMATOR_W ||
+                 (plan->places <= PLACES_MAX && plan_wave_pays(&cost, plan->places));
     plan->wave = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && small && !world;
     plan->photons = plan->direct && (!plan->wave || photons);
     plan->bent = BENT_PHOTONS * clamp(sqrt(probe->bent_share / BENT_SHARE_FULL), BENT_LEAST, 1);
@@ -166,6 +190,9 @@ static void explain_light(
             : plan->photons ? "wavefronts (W), the rest by photons (P)"
                             : "wavefronts (W)",
             p->direct_mean * percent);
+    if (plan->direct)
+        say(t, "  A photon takes %.3g rays; the light's extent spreads it over %.2g pixels.\n",
+            p->photon_rays, p->blur_pixels);
     if (plan->indirect)
         say(t, "Light \"%s\": indirect caustics by photons (P), about %.2g %%.\n", l->name,
             p->indirect_mean * percent);
@@ -179,6 +206,9 @@ static void explain_light(
             o->name, caster_words(&s->materials[o->material]),
             100.0 * (double)p->object_hits[i] / (double)p->probes,
             plan->wave && waved[i] ? "wavefronts" : "photons");
+        if (p->wave && p->wave[i].rays > 0)
+            say(t, "    A wavefront takes %.3g rays a corner and leaves %.2g %% of its light to photons.\n",
+                p->wave[i].rays, 100 * p->wave[i].left);
     }
 }
 

@@ -10,6 +10,16 @@
 
 #include "render/scene/scene.h"
 
+/** What a small wavefront from one place on a light to one caster meets. */
+typedef struct WaveCost {
+    double rays; /**< per corner of the grid; 0: not tried */
+    double left; /**< share of the flux that it leaves to photons */
+} WaveCost;
+
+/** Are wavefronts towards such a caster quicker to an error than photons are, for a light that needs so many
+ *  places? */
+bool plan_wave_pays(const WaveCost *cost, double places);
+
 /** What the probes of one light saw. Means are over all pixels and channels of the probe picture. */
 typedef struct LightProbe {
     double cycles_mean; /**< the light's picture without caustics: Cycles' own part */
@@ -21,7 +31,9 @@ typedef struct LightProbe {
     double bent_share;  /**< of the direct layer's landed flux: from photons that start at bent normals */
     double blur_pixels; /**< how wide the light's extent spreads what a caster throws, in pixels of the
                            picture */
+    double photon_rays; /**< that a photon of the direct layer takes */
     uint64_t *object_hits; /**< [object] first hits of the rays towards casters */
+    WaveCost *wave;        /**< [object] */
 } LightProbe;
 
 typedef struct LightPlan {

@@ -5,11 +5,13 @@
 #include "core/checked.h"
 #include "core/rng.h"
 
-/* A path is followed for certain through this many partial reflections; each further one survives with
- * probability REFLECT_KEEP. The decision is the path's own, the same for every ray of a replica, so that
- * neighbouring rays still agree; a cut by throughput would draw false borders across the map. */
-enum { REFLECTIONS_SURE = 1, STACK = 64 };
-#define REFLECT_KEEP 0.5
+/* A path is followed for certain through its first partial reflection; the next survives with probability
+ * REFLECT_KEEP, each further one with that much less than the one before: partial reflections weaken light
+ * faster still, and a body of many interfaces would have thousands of paths. The decision is the path's own,
+ * the same for every ray of a replica, so that neighbouring rays still agree; a cut by throughput would draw
+ * false borders across the map. */
+enum { STACK = 64 };
+#define REFLECT_KEEP 0.25
 
 /* Below this share of the light at the start a path is dropped, and counted. */
 #define SHARE_MIN 1e-7
@@ -145,7 +147,7 @@ static void push(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, 
         }
     }
     double keep = 1;
-    if (way->partial && ++next.reflections > REFLECTIONS_SURE) keep *= REFLECT_KEEP;
+    if (way->partial) keep = pow(REFLECT_KEEP, next.reflections++);
     if (next.depth > PHOTONS_WAVE_DEPTH) { /* estimator P's, in its account */
         TALLY(w, emitted, rgb_scale(next.flux, -1));
         return;
