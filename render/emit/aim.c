@@ -146,6 +146,7 @@ cau_result aim_create(Aim *out, const Scene *scene, AimAt at, CauError *err) {
         out->balls[0] = out->around;
         out->count = 1;
     }
+    for (size_t k = 0; k < out->count; k++) out->disks += square(out->balls[k].radius);
     return CAU_OK;
 }
 

@@ -117,14 +117,12 @@ static bool emit_finite(const Light *light, const AimMix *mix, double u[4], Phot
 /* Density per area of lines in a direction that an aim would draw: balls that the line meets over the sum of
  * their disks. */
 static double infinite_pdf(const Aim *aim, V3 p, V3 dir) {
-    double total = 0;
     size_t hits = 0;
     for (size_t j = 0; j < aim->count; j++) {
         V3 oc = v3_sub(aim->balls[j].center, p);
-        total += square(aim->balls[j].radius);
         hits += v3_dot(oc, oc) - square(v3_dot(oc, dir)) <= square(aim->balls[j].radius) * (1 + 1e-9);
     }
-    return (double)hits / (CAU_PI * total);
+    return (double)hits / (CAU_PI * aim->disks);
 }
 
 /* A point on the disk that faces the light in front of a ball, moved back out of the scene. */
@@ -132,11 +130,11 @@ static bool emit_infinite(const Light *light, const AimMix *mix, double u[4], Ph
     EmitStart start;
     light->kind->emit_start(light, u[0], u[1], &start);
     const Aim *other;
-    double share, total = 0, area[AIM_BALLS_MAX];
+    double share, area[AIM_BALLS_MAX];
     area[0] = 0;
     const Aim *aim = choose_aim(mix, &u[2], &other, &share);
-    for (size_t k = 0; k < aim->count; k++) total += area[k] = square(aim->balls[k].radius);
-    size_t k = pick(area, aim->count, total, &u[2]);
+    for (size_t k = 0; k < aim->count; k++) area[k] = square(aim->balls[k].radius);
+    size_t k = pick(area, aim->count, aim->disks, &u[2]);
     V3 s, t;
     v3_frame(start.dir, &s, &t);
     double r = aim->balls[k].radius * sqrt(u[2]), x, y;

@@ -21,7 +21,8 @@ enum { AIM_BALLS_MAX = 192 };
 typedef struct Aim {
     Ball *balls;
     size_t count;
-    Ball around; /**< the whole scene: where photons of infinite lights start */
+    double disks; /**< sum of their squared radii */
+    Ball around;  /**< the whole scene: where photons of infinite lights start */
 } Aim;
 
 typedef enum AimAt { AIM_CASTERS, AIM_SURFACES } AimAt;
