@@ -5,6 +5,7 @@ import stat
 import subprocess
 import sys
 import threading
+import unittest.mock
 
 import bpy
 
@@ -36,7 +37,10 @@ else:
     bpy.ops.preferences.addon_enable(module="caustics")
     import caustics
 print("INSTALLED", caustics.__file__)
-caustics.generate(output={out!r}, photons=1000)
+for inside in (False, True):
+    caustics.generate(output={out!r} + "_inside" * inside, photons=1000, in_process=inside)
+with open("/proc/self/maps") as f:
+    print("LOADED", *sorted({{line.split()[-1] for line in f if "libcaustics" in line}}))
 """
 
 
@@ -118,6 +122,25 @@ class Guests(Case):
                 self.assertTrue(job.child is None or job.child.process.poll() is not None)
                 self.assertEqual([n for n in os.listdir(self.folder) if n.startswith("no")], [])
                 self.assertEqual(self.scratch(), [])
+
+    def test_in_process(self):
+        """The renderer loaded into Blender makes the program's bytes, says the same, and leaves no thread; also after a cancel."""
+        scene = self.table()
+        beside, inside = self.generate("beside"), self.generate("inside", in_process=True)
+        with open(beside.caustics, "rb") as a, open(inside.caustics, "rb") as b:
+            self.assertEqual(a.read(), b.read())
+        self.assertEqual((beside.plan, beside.notes), (inside.plan, inside.notes))
+        job = Job(scene, scene.view_layers[0], scene.caustics.options(output=self.path("no"), quality=0.0001, time_s=600, in_process=True))
+        with self.assertRaises(Cancelled):
+            for _ in job.steps():
+                if job.stage == "caustics" and job.child:
+                    job.cancel()
+        self.assertEqual([t.name for t in threading.enumerate() if t.name == "caustics"], [])
+        self.assertEqual((self.scratch(), [n for n in os.listdir(self.folder) if n.startswith("no")]), ([], []))
+        scene.caustics.with_render, scene.caustics.output, scene.caustics.photons_million = True, self.path("with"), 0.001
+        with unittest.mock.patch("caustics.settings.in_process", return_value=True):
+            bpy.ops.render.render()
+        self.assertTrue(os.path.exists(self.path("with_0001_caustics.exr")), [n.text for n in scene.caustics.notes])
 
     def test_closed_generator(self):
         """As when Blender ends the operator."""
@@ -302,7 +325,9 @@ class Guests(Case):
                            text=True, timeout=300)
         self.assertEqual(p.returncode, 0, p.stdout[-2000:] + p.stderr[-2000:])
         self.assertIn("INSTALLED " + self.path("user"), p.stdout)
-        self.assertTrue(os.path.exists(self.path("zipped.exr")))
+        self.assertTrue(os.path.exists(self.path("zipped.exr")) and os.path.exists(self.path("zipped_inside.exr")))
+        loaded = next(line for line in p.stdout.splitlines() if line.startswith("LOADED")).split()[1:]
+        self.assertEqual([os.path.dirname(path).startswith(self.path("user")) for path in loaded], [True, True], loaded)
 
     def test_command_line(self):
         """blender -b FILE -- --caustics ... in a Blender of its own, where the add-on is enabled by name."""

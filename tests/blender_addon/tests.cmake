@@ -9,3 +9,15 @@ if(CAUSTICS_BLENDER)
       "CAUSTICS_BIN=$<TARGET_FILE_DIR:caustic-render>;CAUSTICS_BLENDER=${CAUSTICS_BLENDER};PYTHONDONTWRITEBYTECODE=1")
   endforeach()
 endif()
+
+# The renderer in a host's process: a host, and an allocator, that would capture its calls.
+if(NOT CAUSTICS_SANITIZE)
+  foreach(foreign host allocator)
+    add_library(foreign_${foreign} MODULE ${CMAKE_CURRENT_LIST_DIR}/foreign_${foreign}.c)
+    caustics_compile(foreign_${foreign})
+    set_target_properties(foreign_${foreign} PROPERTIES C_VISIBILITY_PRESET default)
+  endforeach()
+  add_test(NAME addon_inprocess COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/test_inprocess.py)
+  set_tests_properties(addon_inprocess PROPERTIES LABELS blender ENVIRONMENT
+    "CAUSTICS_BIN=$<TARGET_FILE_DIR:caustic-render>;CAUSTICS_FOREIGN_HOST=$<TARGET_FILE:foreign_host>;CAUSTICS_FOREIGN_ALLOCATOR=$<TARGET_FILE:foreign_allocator>")
+endif()

@@ -10,7 +10,7 @@ import time
 import bpy
 from bpy.app.handlers import persistent
 
-from . import engine, pictures, programs, switches, views
+from . import engine, inprocess, pictures, programs, switches, views
 from .errors import Cancelled, CausticsError, written
 from .extract import Extract
 
@@ -31,7 +31,8 @@ class Session:
         self.hook = engine.Hook(self.look)
 
     def open(self):
-        programs.check("caustic-render")
+        if not self.options.in_process:
+            programs.check("caustic-render")
         self.switches.caustics_off()
         self.switches.cut_tricks()
         self.switches.dim_bases()
@@ -66,7 +67,7 @@ class Session:
         os.makedirs(place, exist_ok=True)
         found = Extract(place).read(depsgraph)
         path = os.path.join(place, "caustics.exr")
-        child = programs.Child("caustic-render", [found.path, "-o", path, *options.words(found, bool(found.textured))], place)
+        child = inprocess.start(options, found, bool(found.textured), path, os.path.join(place, "report.json"), place)
         try:
             while child.running():
                 now = child.progress()

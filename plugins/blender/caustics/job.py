@@ -8,7 +8,7 @@ import time
 
 import bpy
 
-from . import engine, extract, pictures, programs, switches, views
+from . import engine, extract, inprocess, pictures, programs, switches, views
 from .errors import Cancelled, CausticsError, written
 
 WAIT_S = 0.05
@@ -40,7 +40,8 @@ class Job:
     def steps(self):
         self.folder = programs.scratch()
         try:
-            programs.check("caustic-render")
+            if not self.options.in_process:
+                programs.check("caustic-render")
             programs.check("caustic-merge")
             self.check_scene()
             yield from self.timed("beauty", self.make_beauty())
@@ -189,8 +190,8 @@ class Job:
         self.text = "Tracing photons"
         path = os.path.join(self.folder, "caustics.exr")
         report = os.path.join(self.folder, "report.json")
-        words = [self.extract.path, "-o", path, "--report", report, *self.options.words(self.extract, self.albedo)]
-        yield from self.wait(programs.Child("caustic-render", words, self.folder, polite=self.interactive), self.follow)
+        child = inprocess.start(self.options, self.extract, self.albedo, path, report, self.folder, polite=self.interactive)
+        yield from self.wait(child, self.follow)
         self.plan = self.child.output()
         self.said = [line for line in self.child.said() if not line.startswith("wrote ")]
         self.notes = self.extract.notes.lines + self.said_of_picture + [s.partition(": ")[2] or s for s in self.said]

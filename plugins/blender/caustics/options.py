@@ -11,11 +11,11 @@ BEAUTY = ("RENDER", "LAST", "NONE")
 class Options:
     """quality: DRAFT, GOOD, FINAL or an error (RMSE over RMS, e.g. 0.05). time_s: at most so many seconds, 0 for no limit.
     photons: per light in place of both, 0 for none. beauty: RENDER it, take the LAST render, NONE (layers only). indirect:
-    AUTO, ON, OFF. output: path of the result without its ending. threads, memory ("2G"), seed: as of caustic-render."""
+    AUTO, ON, OFF. in_process: the renderer inside Blender (inprocess.py). output: path of the result without its ending. threads, memory ("2G"), seed: as of caustic-render."""
 
     def __init__(self, output, quality="GOOD", time_s=600.0, photons=0, beauty="RENDER", indirect="AUTO", seed=0, threads=0,
                  memory="", error_layers=False, irradiance=False, full_float=True, keep_beauty=False, keep_report=False, pointers=True,
-                 estimator=""):
+                 estimator="", in_process=False):
         if isinstance(quality, str) and quality.upper() in QUALITY:
             self.error = QUALITY[quality.upper()]
         else:
@@ -30,6 +30,11 @@ class Options:
         self.memory_bytes = as_bytes(memory)
         self.memory, self.error_layers, self.irradiance, self.full_float = memory, error_layers, irradiance, full_float
         self.keep_beauty, self.keep_report, self.pointers, self.estimator = keep_beauty, keep_report, pointers, estimator
+        self.in_process = in_process
+
+    def layers(self, albedo):
+        """The kinds of layers that are wanted."""
+        return ["radiance"] + ["irradiance"] * (albedo or self.irradiance) + ["error"] * self.error_layers
 
     def words(self, extract, albedo):
         """Of the command line of caustic-render."""
@@ -40,7 +45,7 @@ class Options:
                 words += [option, str(value)]
         if self.indirect != "AUTO":
             words += ["--effects", "direct,indirect" if self.indirect == "ON" else "direct"]
-        layers = ["radiance"] + ["irradiance"] * (albedo or self.irradiance) + ["error"] * self.error_layers
+        layers = self.layers(albedo)
         if len(layers) > 1:
             words += ["--layers", ",".join(layers)]
         if extract.region:

@@ -59,7 +59,7 @@ class CausticsScene(bpy.types.PropertyGroup):
         values = {"output": self.path(), "quality": self.error_percent / 100 if self.quality == "ERROR" else self.quality, "time_s": self.time_s,
                   "photons": round(self.photons_million * 1e6), "beauty": self.beauty, "indirect": self.indirect, "seed": self.seed,
                   "threads": self.threads, "memory": f"{round(self.memory_gb * 1024)}M" if self.memory_gb else "",
-                  "error_layers": self.error_layers, "keep_beauty": self.keep_beauty}
+                  "error_layers": self.error_layers, "keep_beauty": self.keep_beauty, "in_process": in_process()}
         return Options(**{**values, **more})
 
     def show(self, job):
@@ -78,9 +78,16 @@ class CausticsObject(bpy.types.PropertyGroup):
 class CausticsPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
     programs: StringProperty(name="Programs", subtype="DIR_PATH", description="Folder of caustic-render and caustic-merge; empty: those of the add-on")
+    in_process: BoolProperty(name="In Process", description="Load the renderer into Blender instead of running it beside: an error in it is then one of Blender's")
 
     def draw(self, context):
         self.layout.prop(self, "programs")
+        self.layout.prop(self, "in_process")
+
+
+def in_process():
+    addon = bpy.context.preferences.addons.get(__package__)
+    return bool(addon and addon.preferences and addon.preferences.in_process)
 
 
 CLASSES = (CausticsLine, CausticsScene, CausticsObject, CausticsPreferences)
