@@ -129,6 +129,33 @@ class Edges(Case):
         job = self.generate()
         self.assertEqual(len([n for n in layers(job.caustics) if n and not n.endswith("_ind")]), 2, layers(job.caustics).keys())
 
+    def test_follow_lights(self):
+        """Gains are driven by the lamps' own strength; what is two lamps' is named."""
+        scene = self.table()
+        built.lamp("Führung.001", "POINT", (-2, -1, 2), (0, 0, 0), 60.0)
+        scene.view_layers[0].lightgroups.add(name="both")
+        for i in range(2):
+            built.lamp(f"Rim{i}", "POINT", (i, 2, 2), (0, 0, 0), 60.0).lightgroup = "both"
+        if hasattr(scene.objects["Key"].data, "exposure"):
+            scene.objects["Key"].data.exposure = 1.0
+        job = self.generate(nodes=True, follow_lights=True)
+        self.noted(job.notes, 'Light group "both": its gain follows no strength, as it has 2 lamps')
+        tree = getattr(scene, "compositing_node_group", None) or scene.node_tree
+        group = tree.nodes["Caustics Relight"]
+        drivers = {d.data_path: d.driver for d in tree.animation_data.drivers}
+        self.assertEqual(len(drivers), 2)
+        self.assertTrue(all(d.is_valid and d.is_simple_expression for d in drivers.values()), [d.expression for d in drivers.values()])
+        scene.objects["Key"].data.energy *= 3
+        want = {"Key gain": 3.0, "F_hrung_001 gain": 1.0, "both gain": 1.0}
+        if hasattr(scene.objects["Key"].data, "exposure"):
+            scene.objects["Key"].data.exposure = 2.0
+            want["Key gain"] = 6.0
+        bpy.context.view_layer.update()
+        now = tree.evaluated_get(bpy.context.evaluated_depsgraph_get()) if hasattr(scene, "compositing_node_group") else tree
+        for name, value in want.items():
+            self.assertAlmostEqual(now.nodes["Caustics Relight"].inputs[name].default_value, value, 5, name)
+        self.assertEqual(group.inputs["both gain"].default_value, 1.0)
+
     def full(self, *_, **__):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "/somewhere/full")
 

@@ -16,7 +16,7 @@ from .errors import CausticsError, written
 from .job import Job
 
 
-def generate(scene=None, view_layer=None, nodes=False, frames=None, **options):
+def generate(scene=None, view_layer=None, nodes=False, follow_lights=False, frames=None, **options):
     """Makes the caustics of a scene, in this thread. Options that are not given are those of the scene's panel; their names
     are those of options.Options. frames: (first, last[, step]); frames whose result exists are left out. Returns the Job, or
     a list of them with frames. Raises CausticsError with a sentence."""
@@ -28,7 +28,7 @@ def generate(scene=None, view_layer=None, nodes=False, frames=None, **options):
         scene.caustics.show(job)
         show.images(job)
         if nodes:
-            show.nodes(job)
+            job.notes += show.nodes(job, follow_lights)
         return job
     was, made = scene.frame_current, []
     try:

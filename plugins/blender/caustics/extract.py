@@ -25,6 +25,7 @@ class Extract:
         self.notes, self.triangles, self.files = Notes(), 0, 0
         self.materials = Materials(self.notes)
         self.names, self.parts, self.objects, self.lights = set(), {}, [], []
+        self.strengths = {}  # {layer's name: {name of a lamp's data: (energy, exposure)}}
         self.doc, self.region, self.layer, self.view_layer, self.frame = None, None, None, "", 0
         self.path = os.path.join(folder, FILE_NAME)
 
@@ -73,6 +74,8 @@ class Extract:
                 if not takes_part(obj, "casts"):
                     made["casts_caustics"] = False
                 self.lights.append(made)
+                strength = float(obj.data.energy), float(getattr(obj.data, "exposure", 0.0))
+                self.strengths.setdefault(made["group"], {})[obj.data.original.name_full] = strength
         elif obj.type in SOLID:
             self.solid(obj, instance)
         elif obj.type in UNBUILT:

@@ -97,7 +97,8 @@ class CAUSTICS_OT_generate(bpy.types.Operator):
         show.images(job, context)
         if settings.nodes and job.options.beauty != "NONE":
             try:
-                show.nodes(job)
+                for line in show.nodes(job, settings.follow_lights):
+                    settings.notes.add().text = line
             except CausticsError as error:
                 self.report({"WARNING"}, str(error))
         self.report({"INFO"}, f"Caustics: {job.result or job.caustics}")

@@ -58,7 +58,7 @@ class Advanced:
         layout, settings = self.layout, context.scene.caustics
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for name in ("beauty", "output", "photons_million", "indirect", "seed", "threads", "memory_gb", "nodes", "error_layers",
+        for name in ("beauty", "output", "photons_million", "indirect", "seed", "threads", "memory_gb", "nodes", "follow_lights", "error_layers",
                      "keep_beauty", "with_render"):
             layout.prop(settings, name)
         switched = switches.describe(context.scene)

@@ -37,6 +37,8 @@ class CausticsScene(bpy.types.PropertyGroup):
     output: StringProperty(name="Output", subtype="FILE_PATH", default="//caustics/",
                            description="Path of the result, or a folder; its name is then that of the blend file")
     nodes: BoolProperty(name="Compositor Nodes", default=True, description="Add a node group with sliders for every light to the compositor")
+    follow_lights: BoolProperty(name="Follow Lights", description="Drive each light's gain in the compositor by the strength of the light itself: "
+                                "a change of it brightens its caustics without tracing them again")
     with_render: BoolProperty(name="With Every Render", description="Make caustics with each F12 and each frame of Render Animation")
     plan: CollectionProperty(type=CausticsLine)
     notes: CollectionProperty(type=CausticsLine)

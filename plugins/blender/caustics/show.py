@@ -4,7 +4,7 @@ import os
 
 import bpy
 
-from . import pictures, programs
+from . import follow, pictures, programs
 from .errors import CausticsError
 
 IMAGE = "Caustics"
@@ -27,8 +27,8 @@ def images(job, context=None):
     return image
 
 
-def nodes(job):
-    """Adds the node group of `caustic-merge blender` behind the scene's Render Layers."""
+def nodes(job, follow_lights=False):
+    """Adds the node group of `caustic-merge blender` behind the scene's Render Layers. Returns notes."""
     script = os.path.splitext(job.caustics)[0] + "_nodes.py"
     words = ["blender", job.caustics, "-o", script]
     if job.albedo:
@@ -50,6 +50,7 @@ def nodes(job):
             window.scene = scene
         exec(code, scope)
         scope["build"]()
+        return follow.drive(job, scope["scene_tree"](scene)) if follow_lights else []
     except RuntimeError as error:
         raise CausticsError(f"The compositor nodes could not be made: {error}.") from None
     finally:
