@@ -7,13 +7,11 @@ plastic). No layer of light could take that away. So while the add-on renders it
 1 - E for diffuse rays alone, E being what the coat reflects in all, by nodes that go away again."""
 import bpy
 
-from . import closures
+from . import closures, ggx
 from .fold import socket
 
 MARK = "caustics_base"  # property of the nodes that stand in a tree meanwhile
 STOPS = 32              # what a color ramp holds
-SAMPLES = 48            # squared, of a coat's normals
-MEANS = 32              # directions of a mean over the hemisphere
 
 
 def needed():
@@ -41,35 +39,15 @@ class Coat:
 
     def __init__(self, roughness, f0, multiscatter):
         import numpy as np
-        self.alpha, self.ior, self.multiscatter = max(roughness * roughness, 1e-4), ior_of(f0), multiscatter
+        self.alpha, self.ior, self.multiscatter = ggx.alpha_of(roughness), ior_of(f0), multiscatter
         if multiscatter:
-            cos = (np.arange(MEANS) + 0.5) / MEANS
-            leaves = 2 * np.mean([c * self.lobe(c)[0] for c in cos])
-            fresnel = 2 * np.mean(cos * dielectric(cos, self.ior))
-            self.bounced = fresnel * leaves / (1 - fresnel * (1 - leaves))
+            cos = (np.arange(ggx.MEANS) + 0.5) / ggx.MEANS
+            self.bounced = ggx.bounced(2 * np.mean(cos * dielectric(cos, self.ior)), ggx.mirror(roughness)[0])
 
     def lobe(self, cos):
-        """(of a perfect mirror's facets, of these) the share that leaves at once: means over the normals visible from there,
-        with shadowing that is joint with masking (Heitz 2014)."""
-        import numpy as np
-        alpha = self.alpha
-        u, v = (x.ravel() for x in np.meshgrid(*[(np.arange(SAMPLES) + 0.5) / SAMPLES] * 2))
-        eye = np.array([(1 - cos * cos) ** 0.5, 0, cos])
-        tall = eye * (alpha, alpha, 1)
-        tall /= np.linalg.norm(tall)
-        side = np.array([0.0, 1, 0])  # the eye lies in the plane of x and z
-        up = np.cross(tall, side)
-        radius, phi, lean = np.sqrt(u), 2 * np.pi * v, 0.5 * (1 + tall[2])
-        x, y = radius * np.cos(phi), radius * np.sin(phi)
-        y = (1 - lean) * np.sqrt(np.maximum(0, 1 - x * x)) + lean * y
-        half = x[:, None] * side + y[:, None] * up + np.sqrt(np.maximum(0, 1 - x * x - y * y))[:, None] * tall
-        half = half * (alpha, alpha, 1)
-        half /= np.linalg.norm(half, axis=1, keepdims=True)
-        c = half @ eye
-        out = 2 * c * half[:, 2] - cos  # cosine of what is reflected
-        masked, shadowed = (0.5 * (np.sqrt(1 + alpha * alpha * (1 - z * z) / np.maximum(z * z, 1e-12)) - 1) for z in (cos, out))
-        leaves = np.where(out > 0, (1 + masked) / (1 + masked + shadowed), 0)
-        return float(np.mean(leaves)), float(np.mean(leaves * dielectric(np.clip(c, 0, 1), self.ior)))
+        """(of a perfect mirror's facets, of these) the share that leaves at once."""
+        c, leaves, _ = ggx.lobe(cos, self.alpha)
+        return float(leaves.mean()), float((leaves * dielectric(c, self.ior)).mean())
 
     def reflected(self, cos):
         mirror, once = self.lobe(cos)

@@ -2,6 +2,7 @@
 """A surface's node tree as a list of weighted closures."""
 import bpy
 
+from . import ggx
 from .fold import Scope, fold, socket, source
 
 
@@ -80,6 +81,26 @@ def rough(reader, node, scope):
     return value
 
 
+ROUGH_GLASS = 0.25  # from here on what Multiscatter GGX gives back counts
+
+
+def metallic_color(reader, node, color, roughness):
+    """The color with which the renderer's facets reflect as much as Blender's."""
+    if roughness <= 0:
+        return color
+    multiscatter = getattr(node, "distribution", "GGX") == "MULTI_GGX"
+    lifted = [c * ggx.gain(roughness, c, multiscatter, bpy.app.version >= (4, 0, 0)) for c in color]
+    lost = 1 - min(1 / max(lifted), 1) if max(lifted) > 0 else 0
+    if lost > 0.01:
+        reader.say(f"its facets reflect {100 * lost:.0f} % less than in Blender, where light bounces among them")
+    return [min(c, 1.0) for c in lifted]
+
+
+def say_rough_glass(reader, node, roughness):
+    if roughness > ROUGH_GLASS and getattr(node, "distribution", "GGX") == "MULTI_GGX":
+        reader.say("rough glass is rendered as GGX, without the light that bounces among its facets (a sixth of it at a roughness of 0.5)")
+
+
 def diffuse(reader, node, scope, depth):
     reader.normals(node, scope)
     r = socket(node, "Roughness")
@@ -94,13 +115,16 @@ def glossy(reader, node, scope, depth):
     if s and reader.number("anisotropy", s, scope, -1) != 0:
         reader.say("anisotropy is left out")
     color = reader.color("color", socket(node, "Color"), scope)
-    return [Closure("metal", {"color": color, "edge_color": color, "roughness": rough(reader, node, scope)}, name=node.name)]
+    roughness = rough(reader, node, scope)
+    color = metallic_color(reader, node, color, roughness)
+    return [Closure("metal", {"color": color, "edge_color": color, "roughness": roughness}, name=node.name)]
 
 
 def glass(reader, node, scope, depth):
     reader.normals(node, scope)
     ior = reader.number("index of refraction", socket(node, "IOR"), scope, 0.1, 10.0)
     params = {"color": reader.color("color", socket(node, "Color"), scope), "ior": ior, "roughness": rough(reader, node, scope)}
+    say_rough_glass(reader, node, params["roughness"])
     return [Closure("refraction" if node.type == "BSDF_REFRACTION" else "glass", params, name=node.name)]
 
 
@@ -215,14 +239,17 @@ class Principled:
 
     def metal(self):
         color = self.reader.color("color", self.base(), self.scope)
-        return Closure("metal", {"color": color, "edge_color": [1, 1, 1], "roughness": self.number("Roughness")}, name=self.node.name)
+        roughness = self.number("Roughness")
+        color = metallic_color(self.reader, self.node, color, roughness)
+        return Closure("metal", {"color": color, "edge_color": [1, 1, 1], "roughness": roughness}, name=self.node.name)
 
     def glass(self):
         color = self.reader.color("color", self.base(), self.scope)
         if self.new:  # tinted once per crossing of the body, not of each face (source: Blender manual, Principled BSDF)
             color = [c**0.5 for c in color]
-        ior = self.reader.number("index of refraction", socket(self.node, "IOR"), self.scope, 0.1, 10.0)
-        return Closure("glass", {"color": color, "ior": ior, "roughness": self.number("Roughness")}, name=self.node.name)
+        ior, roughness = self.reader.number("index of refraction", socket(self.node, "IOR"), self.scope, 0.1, 10.0), self.number("Roughness")
+        say_rough_glass(self.reader, self.node, roughness)
+        return Closure("glass", {"color": color, "ior": ior, "roughness": roughness}, name=self.node.name)
 
     def plastic(self):
         color = self.reader.albedo(self.base(), self.scope)
