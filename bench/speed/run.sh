@@ -5,8 +5,10 @@
 #   bench/speed/run.sh shares [SCENE...]       smooth, rough, indirect: share of the dropped light, seconds to 5 %
 #   bench/speed/run.sh memory [SCENE]          peak memory against picture size
 #   bench/speed/run.sh ball [RAYS...]          error against seconds at a glass ball's exact caustic, W beside P
+#   bench/speed/run.sh peers [SCENE...]        ball lens, mirror ring, water: W, P and POV-Ray to relMSE 1e-2, 1e-3, 1e-4
+#   bench/speed/run.sh scenes [SCENE...]       bundled scenes a to d at 160x90 to nMSE .01
 #   bench/speed/run.sh scaling [PART...]       threads, triangles, lights, photons: seconds and memory
-# BUILD names the build folder [build-bench]. On two cores a minute, shares ten.
+# BUILD names the build folder [build-bench]. On two cores a minute, shares ten, peers half an hour.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 build=${BUILD:-build-bench}
@@ -42,12 +44,13 @@ scaling)
   make caustic-render
   CAUSTIC_RENDER="$build/bin/caustic-render" PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 bench/speed/scaling.py "$@"
   ;;
-ball)
+ball | peers | scenes)
   make caustic-render
-  CAUSTIC_RENDER="$build/bin/caustic-render" PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 bench/speed/ball.py "$@"
+  [ "$what" = ball ] || set -- --cache "$build/truth" "$@"
+  CAUSTIC_RENDER="$build/bin/caustic-render" PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 "bench/speed/$what.py" "$@"
   ;;
 *)
-  sed -n '3,9s/^# \{0,1\}//p' "$0"
+  sed -n '3,11s/^# \{0,1\}//p' "$0"
   exit 2
   ;;
 esac
