@@ -3,6 +3,7 @@
 import math
 import os
 import sys
+import unittest
 import unittest.mock
 
 import bpy
@@ -107,6 +108,35 @@ class Bases(Case):
         self.assertEqual(color[0], 1.0)
         self.assertIn("its facets reflect 12 % less than in Blender", notes[0])
         self.assertEqual(self.metal(0.0, (0.8, 0.6, 0.3), True)[0], self.metal(0.0, (0.8, 0.6, 0.3), False)[0])
+
+    @unittest.skipUnless(hasattr(bpy.types, "ShaderNodeBsdfMetallic"), "4.3 on")
+    def test_metallic(self):
+        """By colors and by the constants of gold."""
+        self.new()
+        m = built.material("m", "ShaderNodeBsdfMetallic", Roughness=0.0, Base_Color=(0.9, 0.6, 0.3, 1), Edge_Tint=(1, 1, 1, 1))
+        notes = Notes()
+        made = Materials(notes)
+        item = made.items[made.name_of(m)]
+        self.assertEqual((item["type"], item["edge_color"], item["roughness"], notes.lines), ("metal", [1, 1, 1], 0.0, []))
+        np.testing.assert_allclose(item["color"], (0.9, 0.6, 0.3), rtol=1e-5)
+        node = next(n for n in m.node_tree.nodes if n.type == "BSDF_METALLIC")
+        node.fresnel_type = "PHYSICAL_CONDUCTOR"
+        node.inputs["IOR"].default_value, node.inputs["Extinction"].default_value = (0.18, 0.42, 1.37), (3.42, 2.35, 1.77)
+        made = Materials(notes)
+        np.testing.assert_allclose(made.items[made.name_of(m)]["color"], (0.944, 0.776, 0.374), atol=0.01)
+        node.fresnel_type, node.inputs["Edge Tint"].default_value = "F82", (0.7, 0.7, 0.7, 1)
+        made = Materials(notes)
+        made.name_of(m)
+        self.assertEqual(notes.lines, ['Material "m": its edge tint is left out; it is brighter at grazing angles'])
+
+    @unittest.skipUnless(bpy.app.version >= (5, 2, 0), "5.2 on")
+    def test_left_out(self):
+        """What only late versions of Principled have is named."""
+        self.new()
+        m = built.material("m", "ShaderNodeBsdfPrincipled", Diffuse_Roughness=0.5, Thin_Wall=True)
+        notes = Notes()
+        Materials(notes).name_of(m)
+        self.assertEqual(notes.lines, ['Material "m": the thin wall is left out', 'Material "m": the roughness of its base (Oren-Nayar) is left out'])
 
 
 if __name__ == "__main__":

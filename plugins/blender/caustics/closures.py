@@ -120,6 +120,25 @@ def glossy(reader, node, scope, depth):
     return [Closure("metal", {"color": color, "edge_color": color, "roughness": roughness}, name=node.name)]
 
 
+def metallic(reader, node, scope, depth):
+    """The Metallic BSDF of 4.3 on, by its colors or by the index of refraction and extinction of each channel."""
+    reader.normals(node, scope)
+    for what, name in (("anisotropy", "Anisotropy"), ("the thin film", "Thin Film Thickness")):
+        s = socket(node, name)
+        if s and reader.number(what, s, scope, -1, 1e6) != 0:
+            reader.say(f"{what} is left out")
+    if node.fresnel_type == "F82":
+        color = reader.color("color", socket(node, "Base Color"), scope)
+        if min(reader.color("edge tint", socket(node, "Edge Tint"), scope)) < 1:
+            reader.say("its edge tint is left out; it is brighter at grazing angles")
+    else:
+        n, k = (reader.get(name.lower(), socket(node, name), scope).color() for name in ("IOR", "Extinction"))
+        color = [((a - 1) ** 2 + b * b) / ((a + 1) ** 2 + b * b) for a, b in zip(n, k)]
+    roughness = rough(reader, node, scope)
+    color = metallic_color(reader, node, color, roughness)
+    return [Closure("metal", {"color": color, "edge_color": [1, 1, 1], "roughness": roughness}, name=node.name)]
+
+
 def glass(reader, node, scope, depth):
     reader.normals(node, scope)
     ior = reader.number("index of refraction", socket(node, "IOR"), scope, 0.1, 10.0)
@@ -225,7 +244,8 @@ class Principled:
     def say_left_out(self):
         for what, names in (("subsurface scattering", ("Subsurface Weight", "Subsurface")), ("sheen", ("Sheen Weight", "Sheen")),
                             ("the clear coat", ("Coat Weight", "Clearcoat")), ("anisotropy", ("Anisotropic",)),
-                            ("the thin film", ("Thin Film Thickness",))):
+                            ("the thin film", ("Thin Film Thickness",)), ("the thin wall", ("Thin Wall",)),
+                            ("the roughness of its base (Oren-Nayar)", ("Diffuse Roughness",))):
             if self.number(*names) > 0:
                 self.reader.say(f"{what} is left out")
         tint = socket(self.node, "Specular Tint")
@@ -269,7 +289,7 @@ class Principled:
 
 
 READERS = {
-    "BSDF_DIFFUSE": diffuse, "BSDF_GLOSSY": glossy, "BSDF_ANISOTROPIC": glossy, "BSDF_GLASS": glass, "BSDF_REFRACTION": glass,
+    "BSDF_DIFFUSE": diffuse, "BSDF_GLOSSY": glossy, "BSDF_ANISOTROPIC": glossy, "BSDF_METALLIC": metallic, "BSDF_GLASS": glass, "BSDF_REFRACTION": glass,
     "BSDF_TRANSPARENT": transparent, "EMISSION": emission, "MIX_SHADER": mix, "ADD_SHADER": add, "BSDF_PRINCIPLED": principled,
 }
 
