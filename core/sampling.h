@@ -56,8 +56,7 @@ static inline V3 sample_cosine_cone(double sin2_max, double u, double v) {
     sample_disk(u, v, &x, &y);
     x *= s;
     y *= s;
-    double z2 = 1.0 - x * x - y * y;
-    return v3(x, y, sqrt(z2 > 0.0 ? z2 : 0.0));
+    return v3(x, y, sqrt(positive(1.0 - x * x - y * y)));
 }
 
 /** Uniform in solid angle inside a cone; `height` = 1 - cos(half angle), which the caller computes without

@@ -67,6 +67,8 @@ static inline V3 v3_to_frame(V3 world, V3 s, V3 t, V3 n) {
 
 static inline double clamp(double x, double lo, double hi) { return x < lo ? lo : (x > hi ? hi : x); }
 static inline double square(double x) { return x * x; }
+/** x, but 0 below 0 and for NaN. Without the care of fmax(), which costs a call. */
+static inline double positive(double x) { return x > 0 ? x : 0; }
 
 /** An affine map, row-major 3x4: p -> m[.][0..2] p + m[.][3]. */
 typedef struct Affine {

@@ -21,9 +21,9 @@ import sys
 from compare_common import (REFERENCES, Picture, block_error, blocks, magnify, markdown, np, put_into_page, render,
                             scene_file, side_by_side, worst_block, write_png, write_table)
 
-COLUMNS = ["scene", "layers of", "mean P / Cycles", "Cycles' standard error, %", "P's, %", "verdict",
+COLUMNS = ["scene", "layers of", "mean ours / Cycles", "Cycles' standard error, %", "ours, %", "verdict",
            "blocks beyond 2 % + 3 sigma", "worst block: row, column", "its difference, %", "its sigma, %",
-           "P's CPU s", "Cycles' CPU s", "Cycles' samples"]
+           "our CPU s", "Cycles' CPU s", "Cycles' samples"]
 RELATIVE, SIGMAS, BLOCK_SIGMAS = {"plastic_room": 0.03}, 2.0, 3.0
 # Blocks darker than this share of the picture's mean say little.
 DARK = 0.1

@@ -69,9 +69,6 @@ static bool bounces_pass(const BounceParams *b, const EyePoint *p, const Deposit
         b, d->diffuse + 1u, (unsigned)d->glossy + p->glossy, (unsigned)d->transmission + p->transmission);
 }
 
-/* Without fmax()'s care for NaN, which costs a call. */
-static double positive(double x) { return x > 0 ? x : 0; }
-
 static bool faces_alike(Sum *s, const int16_t normal[2]) {
     if (normal[0] != s->tested[0] || normal[1] != s->tested[1]) {
         memcpy(s->tested, normal, sizeof s->tested);

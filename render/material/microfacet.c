@@ -3,8 +3,6 @@
 
 #include "core/sampling.h"
 
-static double above_zero(double x) { return x > 0.0 ? x : 0.0; }
-
 /* Heitz 2018, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), listing 1: stretch to the
  * hemisphere, draw a point of its projection along wi, unstretch. */
 V3 ggx_sample(V3 wi, double alpha, double u, double v) {
@@ -15,7 +13,7 @@ V3 ggx_sample(V3 wi, double alpha, double u, double v) {
     double r = sqrt(u), s = 0.5 * (1.0 + w.z), x, y;
     sincos_turn(v, &y, &x);
     x *= r;
-    y = (1.0 - s) * sqrt(above_zero(1.0 - x * x)) + s * r * y;
-    V3 n = v3_from_frame(v3(x, y, sqrt(above_zero(1.0 - x * x - y * y))), t1, t2, w);
-    return v3_normalize(v3(alpha * n.x, alpha * n.y, above_zero(n.z)));
+    y = (1.0 - s) * sqrt(positive(1.0 - x * x)) + s * r * y;
+    V3 n = v3_from_frame(v3(x, y, sqrt(positive(1.0 - x * x - y * y))), t1, t2, w);
+    return v3_normalize(v3(alpha * n.x, alpha * n.y, positive(n.z)));
 }
