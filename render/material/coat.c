@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/material/coat.h"
 
+#include "render/material/cosine_table.h"
 #include "render/material/fresnel.h"
 #include "render/material/microfacet.h"
 
@@ -25,12 +26,6 @@ static double albedo_quadrature(const Coat *coat, double cos_i) {
     return sum / LATTICE_POINTS;
 }
 
-/* Nodes crowd towards grazing angles, where the albedo bends within a cosine of alpha. */
-static double node_cosine(int i) {
-    double x = i / (COAT_NODES - 1.0);
-    return x * x * x;
-}
-
 double coat_fresnel(const Coat *coat, double cos_i) {
     return coat->eta > 0.0 ? fresnel_dielectric(cos_i, coat->eta).reflectance : schlick(coat->f0, cos_i);
 }
@@ -43,19 +38,11 @@ void coat_prepare(Coat *coat, double f0, bool dielectric, double alpha) {
     coat->eta = dielectric ? eta_of(f0) : 0.0;
     coat->alpha = alpha;
     if (!(alpha > 0.0)) return;
-    for (int i = 0; i < COAT_NODES; i++) coat->albedo[i] = albedo_quadrature(coat, node_cosine(i));
+    for (int i = 0; i < COAT_NODES; i++)
+        coat->albedo[i] = albedo_quadrature(coat, cosine_table_node(i, COAT_NODES));
 }
 
-/* Catmull-Rom in the cube root of the cosine; the ends are continued in a line. */
 double coat_albedo(const Coat *coat, double cos_i) {
-    double c = clamp(cos_i, 0.0, 1.0);
-    if (!(coat->alpha > 0.0)) return coat_fresnel(coat, c);
-    double x = cbrt(c) * (COAT_NODES - 1);
-    int i = (int)x < COAT_NODES - 2 ? (int)x : COAT_NODES - 2;
-    double t = x - i, b = coat->albedo[i], d = coat->albedo[i + 1];
-    double a = i > 0 ? coat->albedo[i - 1] : 2.0 * b - d;
-    double e = i + 2 < COAT_NODES ? coat->albedo[i + 2] : 2.0 * d - b;
-    double y =
-        b + 0.5 * t * ((d - a) + t * ((2.0 * a - 5.0 * b + 4.0 * d - e) + t * (3.0 * (b - d) + e - a)));
-    return clamp(y, 0.0, 1.0);
+    if (!(coat->alpha > 0.0)) return coat_fresnel(coat, clamp(cos_i, 0.0, 1.0));
+    return cosine_table_at(coat->albedo, COAT_NODES, cos_i);
 }

@@ -15,7 +15,7 @@ typedef struct Coat {
     double alpha; /**< 0: smooth, no table */
     double f0;
     double eta;                /**< of the dielectric; 0: Schlick */
-    double albedo[COAT_NODES]; /**< at cos = (i / (COAT_NODES - 1))^3 */
+    double albedo[COAT_NODES]; /**< at the cosines of cosine_table_node() */
 } Coat;
 
 void coat_prepare(Coat *coat, double f0, bool dielectric, double alpha);

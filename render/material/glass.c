@@ -5,19 +5,27 @@
  * split, not compressed. For eye paths it is Cycles' convention. Both are the same numbers: physical radiance
  * is f_r(b to a) |b.n| = eval(a, b) (n_a / n_b)^2, and eval / (|cos| n_o^2) is symmetric (Veach 1997,
  * section 5.2; Walter 2007, equation 21), so the photon's f_r(a to b) |b.n| comes out as eval(a, b) itself.
+ * What facets give back (facets.h) belongs to the eye's side alone, so a photon takes it at its wo.
  */
+#include "render/material/facets.h"
 #include "render/material/fresnel.h"
 #include "render/material/microfacet.h"
 #include "render/material/shading.h"
 
 typedef struct GlassParams {
-    double color[3], ior, roughness;
+    double color[3], ior, roughness, facets;
 } GlassParams;
 
 typedef struct GlassDerived {
     double alpha;    /* 0: smooth */
     double straight; /* 1: too close to ior 1 to bend light */
+    Facets side[2];  /* behind, in front; filled where facets give light back */
 } GlassDerived;
+
+_Static_assert(sizeof(GlassDerived) <= MATERIAL_DERIVED_MAX * sizeof(double), "it must fit Material.derived");
+
+enum { FACETS_SINGLE, FACETS_MULTIPLE };
+static const char *const facet_words[] = {"single", "multiple", NULL};
 
 /* Within this of 1 Cycles lets light straight through too; beyond it the half vector of a refraction is
  * resolved to 1e-12. */
@@ -28,6 +36,14 @@ static const Param params[] = {
     MATERIAL_NUMBER(
         GlassParams, ior, 1.5, 0.1, 10, "index of refraction at the d line, relative to what surrounds"),
     MATERIAL_NUMBER(GlassParams, roughness, 0.0, 0, 1, "0 is smooth; GGX with alpha = roughness squared"),
+    {.name = "facets",
+        .type = PARAM_CHOICE,
+        .unit = "",
+        .offset = offsetof(GlassParams, facets),
+        .max = 1,
+        .choices = facet_words,
+        .help = "light that meets a second facet of rough glass: lost; or given back (as in Multiscatter GGX "
+                "from Blender 4.0 on)"},
     MATERIAL_UNSUPPORTED("abbe", PARAM_NUMBER, "dispersion, the Abbe number V_d"),
     MATERIAL_UNSUPPORTED("absorption", PARAM_COLOR, "colour left after a distance in the glass"),
     MATERIAL_UNSUPPORTED("priority", PARAM_NUMBER, "which of two overlapping bodies owns the overlap"),
@@ -40,6 +56,17 @@ static void prepare(Material *m) {
     d->straight = fabs(p->ior - 1.0) < IOR_STRAIGHT;
     d->alpha = d->straight != 0.0 ? 0.0 : ggx_alpha(p->roughness);
     m->lobes = d->alpha > 0.0 ? LOBE_GLOSSY : LOBE_SPECULAR;
+    if (!(d->alpha > 0.0) || p->facets != FACETS_MULTIPLE) return;
+    for (int front = 0; front < 2; front++)
+        facets_prepare(&d->side[front], d->alpha, front ? p->ior : 1.0 / p->ior);
+}
+
+/* The tint of rough glass seen from a side at a cosine. */
+static Rgb rough_tint(const Material *m, bool front, double cos_eye) {
+    const GlassParams *p = MATERIAL_PARAMS(GlassParams, m);
+    Rgb color = rgb_of(p->color);
+    if (p->facets != FACETS_MULTIPLE) return color;
+    return rgb_mul(color, facets_gain(&MATERIAL_DERIVED(GlassDerived, m)->side[front], color, fabs(cos_eye)));
 }
 
 /* n(other side) / n(this side) as seen from wi. */
@@ -63,7 +90,6 @@ static bool pass_straight(Rgb color, V3 wi, ScatterSample *out) {
 
 static bool sample(const Material *m, const ShadingFrame *f, V3 wi, const double u[3], unsigned lobes,
     bool from_light, ScatterSample *out) {
-    (void)from_light;
     const GlassDerived *d = MATERIAL_DERIVED(GlassDerived, m);
     Rgb color = rgb_of(MATERIAL_PARAMS(GlassParams, m)->color);
     LocalFrame l;
@@ -80,11 +106,13 @@ static bool sample(const Material *m, const ShadingFrame *f, V3 wi, const double
     if (!sample_direction(f, &l, wo, transmit, out)) return false;
     out->lobe = m->lobes;
     out->eta = transmit ? eta : 1.0;
-    out->weight = rough ? rgb_scale(color, ggx_g1(wo, d->alpha)) : color;
+    out->weight = color;
     out->pdf = 0.0;
-    if (rough)
-        out->pdf = transmit ? (1.0 - fr.reflectance) * refract_pdf(l.wi, h, c, eta, &fr, d->alpha)
-                            : fr.reflectance * ggx_reflect_pdf(l.wi, h, d->alpha);
+    if (!rough) return true;
+    Rgb tint = from_light ? rough_tint(m, f->front != transmit, wo.z) : rough_tint(m, f->front, l.wi.z);
+    out->weight = rgb_scale(tint, ggx_g1(wo, d->alpha));
+    out->pdf = transmit ? (1.0 - fr.reflectance) * refract_pdf(l.wi, h, c, eta, &fr, d->alpha)
+                        : fr.reflectance * ggx_reflect_pdf(l.wi, h, d->alpha);
     return true;
 }
 
@@ -112,7 +140,7 @@ static Rgb eval(const Material *m, const ShadingFrame *f, V3 wi, V3 wo, unsigned
     Fresnel fr = fresnel_dielectric(c, eta);
     *pdf = o.z > 0.0 ? fr.reflectance * ggx_reflect_pdf(l.wi, h, alpha)
                      : (1.0 - fr.reflectance) * refract_pdf(l.wi, h, c, eta, &fr, alpha);
-    return rgb_scale(rgb_of(MATERIAL_PARAMS(GlassParams, m)->color), ggx_g1(o, alpha) * *pdf);
+    return rgb_scale(rough_tint(m, f->front, l.wi.z), ggx_g1(o, alpha) * *pdf);
 }
 
 const MaterialKind material_glass = {

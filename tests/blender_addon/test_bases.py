@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bases of Principled behind diffuse rays, and rough metals. What Blender 4.0 needs is run in all."""
+"""Bases of Principled behind diffuse rays, rough metals and rough glass. What Blender 4.0 needs is run in all."""
 import math
 import os
 import sys
@@ -108,6 +108,18 @@ class Bases(Case):
         self.assertEqual(color[0], 1.0)
         self.assertIn("its facets reflect 12 % less than in Blender", notes[0])
         self.assertEqual(self.metal(0.0, (0.8, 0.6, 0.3), True)[0], self.metal(0.0, (0.8, 0.6, 0.3), False)[0])
+
+    def test_rough_glass(self):
+        """Light that meets more than one facet is given back where Blender does: Glass and Principled, rough, Multiscatter GGX."""
+        self.new()
+        for kind, more in (("ShaderNodeBsdfGlass", {}), ("ShaderNodeBsdfPrincipled", {"Transmission_Weight" if bpy.app.version >= (4, 0, 0) else "Transmission": 1.0})):
+            for roughness, distribution, expected in ((0.5, "MULTI_GGX", "multiple"), (0.5, "GGX", None), (0.0, "MULTI_GGX", None)):
+                m = built.material("m", kind, Roughness=roughness, **more)
+                next(n for n in m.node_tree.nodes if n.type.startswith("BSDF")).distribution = distribution
+                notes = Notes()
+                made = Materials(notes)
+                item = made.items[made.name_of(m)]
+                self.assertEqual((item["type"], item.get("facets"), notes.lines), ("glass", expected, []))
 
     @unittest.skipUnless(hasattr(bpy.types, "ShaderNodeBsdfMetallic"), "4.3 on")
     def test_metallic(self):

@@ -86,6 +86,11 @@ bool case_is_burley(const Case *c) {
            c->m.kind->received(&c->m, &(ShadingFrame){.ng = {0, 0, 1}, .ns = {0, 0, 1}}, v3(0, 0, 1)) != 1.0;
 }
 
+bool case_gives_back(const Case *c) {
+    const Param *p = param_find(&c->m.kind->table, "facets");
+    return p && *(const double *)(const void *)((const char *)c->m.data + p->offset) > 0.0;
+}
+
 void expect_true(const Case *c, const char *what, bool ok) {
     if (!ok) fail_msg("%s: %s", c ? c->label : "", what);
 }

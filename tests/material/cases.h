@@ -29,6 +29,9 @@ void for_each_case(void (*visit)(const Case *c, Rng *rng));
 /** A base that gets all the light although a coat above it reflects some, as Cycles' does: it makes light. */
 bool case_is_burley(const Case *c);
 
+/** Facets that give light back, by the eye's side alone. */
+bool case_gives_back(const Case *c);
+
 /** Fails with the label, the name of the quantity and the numbers. */
 void expect_near(const Case *c, const char *what, double got, double want, double tolerance);
 void expect_true(const Case *c, const char *what, bool ok);

@@ -104,9 +104,10 @@ static void refraction_obeys_snell(void **state) {
     }
 }
 
-/* f(a, b) / n_b^2 is symmetric, for reflection and for transmission. */
+/* f(a, b) / n_b^2 is symmetric, for reflection and for transmission; not where facets give light back. */
 static void reciprocal(const Case *c, Rng *rng) {
     if (!c->m.kind->eval || !(c->m.lobes & LOBE_GLOSSY) || (c->m.lobes & LOBE_DIFFUSE)) return;
+    if (case_gives_back(c)) return;
     for (int i = 0; i < 300; i++) {
         ShadingFrame f = make_frame(rng, rng_next(rng) < 0.5, 0.0);
         V3 a = direction_at(&f, 0.05 + 0.95 * rng_next(rng), rng);
@@ -126,6 +127,50 @@ static void reciprocal(const Case *c, Rng *rng) {
 static void rough_surfaces_are_reciprocal(void **state) {
     (void)state;
     for_each_case(reciprocal);
+}
+
+static Material multiple(double roughness, double ior, double grey) {
+    Material m = make_material("glass", "roughness", roughness, "ior", ior, NULL);
+    CauError err = {0};
+    double color[3] = {grey, grey, grey};
+    assert_int_equal(param_set_choice(&m.kind->table, m.data, "test", "facets", "multiple", &err), CAU_OK);
+    assert_int_equal(param_set(&m.kind->table, m.data, "test", "color", color, 3, &err), CAU_OK);
+    m.kind->prepare(&m);
+    return m;
+}
+
+/* White rough glass in a white room is white, from both sides; tinted glass loses more to every meeting. */
+static void facets_lose_nothing(void **state) {
+    (void)state;
+    const double roughness[] = {0.05, 0.3, 0.5, 1.0}, iors[] = {0.7, 1.2, 1.5, 2.4};
+    Rng rng = rng_make(12);
+    for (size_t i = 0; i < 16; i++) {
+        Material white = multiple(roughness[i / 4], iors[i % 4], 1.0);
+        Material grey = multiple(roughness[i / 4], iors[i % 4], 0.5);
+        Material single = make_material("glass", "roughness", roughness[i / 4], "ior", iors[i % 4], NULL);
+        for (double c = 1.0; c > 5e-3; c *= 0.6)
+            for (int front = 0; front < 2; front++) {
+                ShadingFrame f = make_frame(&rng, front, 0.0);
+                V3 eye = direction_at(&f, c, &rng);
+                Shares w = sample_shares(&white, &f, eye, LOBE_ALL, 48, 100);
+                Shares g = sample_shares(&grey, &f, eye, LOBE_ALL, 48, 100);
+                expect_near(NULL, "white", w.total.g, 1.0, 0.012);
+                Shares once = sample_shares(&single, &f, eye, LOBE_ALL, 48, 100);
+                expect_true(NULL, "grey", g.total.g < 0.503 && g.total.g > 0.5 * once.total.g - 0.003);
+            }
+    }
+}
+
+/* What GGX lost of light from 60 degrees at a roughness of 0.5, and gives back. */
+static void facets_give_back_much(void **state) {
+    (void)state;
+    Rng rng = rng_make(13);
+    Material single = make_material("glass", "roughness", 0.5, NULL), both = multiple(0.5, 1.5, 1.0);
+    ShadingFrame f = make_frame(&rng, true, 0.0);
+    V3 eye = direction_at(&f, 0.5, &rng);
+    double lost = sample_shares(&single, &f, eye, LOBE_ALL, 48, 100).total.g;
+    assert_true(lost < 0.97 && lost > 0.9);
+    expect_near(NULL, "all", sample_shares(&both, &f, eye, LOBE_ALL, 48, 100).total.g, 1.0, 0.004);
 }
 
 static void limits_are_told(void **state) {
@@ -153,6 +198,8 @@ int run_glass_tests(void) {
         cmocka_unit_test(total_reflection_is_decided_once),
         cmocka_unit_test(refraction_obeys_snell),
         cmocka_unit_test(rough_surfaces_are_reciprocal),
+        cmocka_unit_test(facets_lose_nothing),
+        cmocka_unit_test(facets_give_back_much),
         cmocka_unit_test(limits_are_told),
     };
     return cmocka_run_group_tests_name("glass", tests, NULL, NULL);

@@ -81,9 +81,6 @@ def rough(reader, node, scope):
     return value
 
 
-ROUGH_GLASS = 0.25  # from here on what Multiscatter GGX gives back counts
-
-
 def metallic_color(reader, node, color, roughness):
     """The color with which the renderer's facets reflect as much as Blender's."""
     if roughness <= 0:
@@ -96,9 +93,9 @@ def metallic_color(reader, node, color, roughness):
     return [min(c, 1.0) for c in lifted]
 
 
-def say_rough_glass(reader, node, roughness):
-    if roughness > ROUGH_GLASS and getattr(node, "distribution", "GGX") == "MULTI_GGX":
-        reader.say("rough glass is rendered as GGX, without the light that bounces among its facets (a sixth of it at a roughness of 0.5)")
+def facets(node, roughness):
+    """Of glass: whether light that meets more than one of its facets is given back, as parameters."""
+    return {"facets": "multiple"} if roughness > 0 and getattr(node, "distribution", "GGX") == "MULTI_GGX" else {}
 
 
 def diffuse(reader, node, scope, depth):
@@ -143,7 +140,7 @@ def glass(reader, node, scope, depth):
     reader.normals(node, scope)
     ior = reader.number("index of refraction", socket(node, "IOR"), scope, 0.1, 10.0)
     params = {"color": reader.color("color", socket(node, "Color"), scope), "ior": ior, "roughness": rough(reader, node, scope)}
-    say_rough_glass(reader, node, params["roughness"])
+    params.update(facets(node, params["roughness"]))
     return [Closure("refraction" if node.type == "BSDF_REFRACTION" else "glass", params, name=node.name)]
 
 
@@ -268,8 +265,7 @@ class Principled:
         if self.new:  # tinted once per crossing of the body, not of each face (source: Blender manual, Principled BSDF)
             color = [c**0.5 for c in color]
         ior, roughness = self.reader.number("index of refraction", socket(self.node, "IOR"), self.scope, 0.1, 10.0), self.number("Roughness")
-        say_rough_glass(self.reader, self.node, roughness)
-        return Closure("glass", {"color": color, "ior": ior, "roughness": roughness}, name=self.node.name)
+        return Closure("glass", {"color": color, "ior": ior, "roughness": roughness, **facets(self.node, roughness)}, name=self.node.name)
 
     def plastic(self):
         color = self.reader.albedo(self.base(), self.scope)

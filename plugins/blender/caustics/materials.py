@@ -65,7 +65,7 @@ def to_format(found, say):
 
 
 def same(a, b):
-    keys = ("roughness", "ior", "specular", "fresnel", "base")
+    keys = ("roughness", "ior", "specular", "fresnel", "base", "facets")
     return a.kind == b.kind and all(a.params.get(k) == b.params.get(k) for k in keys)
 
 
