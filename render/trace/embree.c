@@ -4,11 +4,6 @@
 #include <float.h>
 #include <string.h>
 
-/* gamma(7) of PBR: seven roundings in Embree's hit point at most. The absolute part (scene space: casters are
- * about 1 in size) is for surfaces through the origin, whose coordinates are exactly 0. */
-#define ERROR_GAMMA 4.2e-7
-#define ERROR_ABSOLUTE 5e-8
-
 static void query_init(ExactQuery *q, const TraceScene *trace, const Ray *ray) {
 #if RTC_VERSION_MAJOR >= 4
     rtcInitRayQueryContext(&q->base);
@@ -52,7 +47,7 @@ Ray ray_from_hit(const Hit *hit, V3 dir, double t_max, unsigned visibility) {
     if (v3_dot(dir, hit->ng) < 0) d = -d;
     return (Ray){.origin = hit->position,
         .dir = dir,
-        .offset = v3_scale(hit->ng, d),
+        .offset = v3_mad(hit->inward, d, hit->ng),
         .t_min = hit->slack / fmax(fabs(v3_dot(dir, hit->ng)), 1e-3),
         .t_max = t_max,
         .visibility = visibility};
@@ -89,23 +84,7 @@ static struct RTCRay rtc_ray(const Ray *ray) {
 }
 
 static V3 absolute(V3 p, double s) { return v3(fabs(s * p.x), fabs(s * p.y), fabs(s * p.z)); }
-
-/* A triangle as Embree has it: corners in single precision, everything else in double. */
-typedef struct Triangle {
-    V3 a, b, c, ab, ac;
-    V3 n; /* ab x ac */
-    double nn;
-} Triangle;
-
-static Triangle triangle_of(const float *corners, uint32_t primitive) {
-    Triangle t;
-    embree_corners(corners, primitive, &t.a, &t.b, &t.c);
-    t.ab = v3_sub(t.b, t.a);
-    t.ac = v3_sub(t.c, t.a);
-    t.n = v3_cross(t.ab, t.ac);
-    t.nn = v3_dot(t.n, t.n);
-    return t;
-}
+static double sum(V3 p) { return p.x + p.y + p.z; }
 
 /* The surface at barycentrics v, w. */
 static void triangle_point(
@@ -117,7 +96,8 @@ static void triangle_point(
     hit->error =
         v3_scale(v3_add(absolute(t->a, u), v3_add(absolute(t->b, v), absolute(t->c, w))), ERROR_GAMMA);
     hit->error = v3_add(hit->error, v3(ERROR_ABSOLUTE, ERROR_ABSOLUTE, ERROR_ABSOLUTE));
-    hit->slack = 0;
+    hit->slack = hit->reach = 0;
+    hit->inward = v3(0, 0, 0);
     hit->ns = hit->ng;
     if (m->normals) {
         const float *k = &m->normals[9 * (size_t)primitive];
@@ -130,17 +110,19 @@ static void triangle_point(
     }
 }
 
-/* Where the true line meets the triangle's plane. */
-static double plane_distance(const Triangle *t, const Ray *ray, double t_found) {
-    double facing = v3_dot(t->n, ray->dir);
-    if (facing == 0) return t_found;
+/* Where the true line meets the triangle's plane; false: too far from where Embree met the triangle, and *out
+ * is Embree's point along the line. */
+static bool plane_distance(const Triangle *t, const Ray *ray, double t_found, double facing, double *out) {
     double exact = v3_dot(t->n, v3_sub(t->a, ray->origin)) / facing;
     /* Embree's ray started off the surface: the same plane is that much nearer or farther for it. */
     double off = fabs(exact - (t_found + v3_dot(t->n, ray->offset) / facing));
     /* A sliver seen edge-on may send the double solution away: then Embree's own is the safer one. The
-     * triangle's size allows for more, but is seldom asked. */
-    bool near = off < 1e-3 * t_found || off < 1e-3 * (t_found + v3_length(t->ab) + v3_length(t->ac));
-    return near && isfinite(exact) ? exact : t_found;
+     * triangle's size, and the rounding of the start, allow for more, but are seldom asked. */
+    bool near = off < 1e-3 * t_found || off < 1e-3 * (t_found + v3_length(t->ab) + v3_length(t->ac)) +
+                                                  ERROR_GAMMA * (fabs(t->a.x) + fabs(t->a.y) + fabs(t->a.z));
+    near = near && isfinite(exact);
+    *out = near ? exact : t_found + v3_dot(ray->offset, ray->dir);
+    return near;
 }
 
 /* The hit of the true line with the triangle that Embree found: plane and barycentrics in double. */
@@ -152,14 +134,21 @@ static void triangle_hit(
         __builtin_prefetch(&m->normals[9 * (size_t)primitive + 8]);
     }
     Triangle t = triangle_of(s->corners[object], primitive);
-    hit->t = plane_distance(&t, ray, t_found);
+    double facing = v3_dot(t.n, ray->dir);
+    bool met = plane_distance(&t, ray, t_found, facing, &hit->t);
     V3 p = v3_mad(ray->origin, hit->t, ray->dir), ap = v3_sub(p, t.a);
     double v = v3_dot(v3_cross(ap, t.ac), t.n) / t.nn, w = v3_dot(v3_cross(t.ab, ap), t.n) / t.nn;
     double v_inside = clamp(v, 0, 1), w_inside = clamp(w, 0, 1 - v_inside);
     triangle_point(m, &t, primitive, v_inside, w_inside, hit);
     /* Embree's single-precision ray met this triangle, the true line meets its plane beside it: near a convex
-     * edge that point is off the body, so the nearest one on the triangle is taken. */
-    if (v_inside == v && w_inside == w) hit->position = p;
+     * edge that point is off the body, so the nearest one on the triangle is taken. As it is where the line
+     * was not met in its plane: the next ray must not start off it. */
+    if (met && v_inside == v && w_inside == w) hit->position = p;
+    double width = 2 * sum(hit->error) + ERROR_GAMMA * sum(absolute(ray->origin, 1));
+    if (edge_near(&t, v_inside, w_inside, width, facing * facing)) {
+        hit->inward = edge_inward(&t, v_inside, w_inside, 2 * sum(hit->error));
+        hit->reach = 2 * (width + v3_length(ray->offset)) / fmax(fabs(facing) / sqrt(t.nn), 0.05);
+    }
 }
 
 static void exact_surface_hit(const Object *o, const ExactQuery *q, Hit *hit) {
@@ -171,6 +160,14 @@ static void exact_surface_hit(const Object *o, const ExactQuery *q, Hit *hit) {
     hit->error = v3_scale(v3(fabs(p.x) + size, fabs(p.y) + size, fabs(p.z) + size), ERROR_GAMMA);
     /* The surface itself is intersected in double precision: a few roundings of its coordinates. */
     hit->slack = 1e-13 * (v3_length(p) + 1e3 * size);
+    hit->reach = 0;
+    hit->inward = v3(0, 0, 0);
+}
+
+static void found(const TraceScene *s, unsigned object, uint32_t primitive, Hit *hit) {
+    hit->object = (int)object;
+    hit->primitive = primitive;
+    hit->material = &s->scene->materials[s->scene->objects[object].material];
 }
 
 /* The nearest hit of a part of the scene between two distances, as single numbers; objects are not filtered
@@ -185,15 +182,40 @@ static bool query(const TraceScene *s, RTCScene part, const Ray *ray, float t_ne
     rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtc_intersect(part, &q, &rayhit);
     if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    const Object *o = &s->scene->objects[rayhit.hit.geomID];
-    hit->object = (int)rayhit.hit.geomID;
-    hit->primitive = rayhit.hit.primID;
-    hit->material = &s->scene->materials[o->material];
-    if (o->exact)
-        exact_surface_hit(o, &q, hit);
+    found(s, rayhit.hit.geomID, rayhit.hit.primID, hit);
+    if (s->scene->objects[hit->object].exact)
+        exact_surface_hit(&s->scene->objects[hit->object], &q, hit);
     else
         triangle_hit(s, ray, (double)rayhit.ray.tfar, rayhit.hit.geomID, rayhit.hit.primID, hit);
     return true;
+}
+
+/* The line that Embree follows. */
+static Ray single_precision_line(const Ray *ray, double from) {
+    struct RTCRay r = rtc_ray(ray);
+    return ray_from_point(v3((double)r.org_x, (double)r.org_y, (double)r.org_z),
+        v3((double)r.dir_x, (double)r.dir_y, (double)r.dir_z), fmax(from, (double)r.tnear), (double)r.tfar,
+        0);
+}
+
+enum { EDGES_MAX = 64 };
+
+/* The nearest hit. Where the line all but meets an edge, single precision has not the say. */
+static bool settled(const TraceScene *s, const Ray *ray, Hit *hit) {
+    float from = 0;
+    for (int pass = 0; query(s, s->rtc, ray, from, INFINITY, hit); pass++) {
+        if (hit->reach == 0 || pass == EDGES_MAX) return true;
+        Ray line = single_precision_line(ray, (double)from);
+        EdgeMet met;
+        EdgeVerdict verdict = edge_settle(s, &line, hit, &met);
+        if (verdict == EDGE_MET) {
+            found(s, (unsigned)met.object, met.primitive, hit);
+            triangle_hit(s, ray, met.t, (unsigned)met.object, met.primitive, hit);
+        }
+        if (verdict != EDGE_PASSED) return true;
+        from = nextafterf((float)(hit->t + hit->reach), INFINITY);
+    }
+    return false;
 }
 
 /* Is there a face of `part` where the hit is? */
@@ -206,7 +228,7 @@ static bool coincides(const TraceScene *s, RTCScene part, const Ray *ray, const 
 /* Where a caster lies on a receiver, face to face, the light stays between the two, as in Cycles: contact.h.
  */
 static bool nearest(const TraceScene *s, const Ray *ray, Hit *hit) {
-    if (!query(s, s->rtc, ray, 0, INFINITY, hit)) return false;
+    if (!settled(s, ray, hit)) return false;
     if (!s->touched || !contacts_near(s->contacts, s->scene->object_count, hit->position)) return true;
     const Contact *met = &s->contacts[hit->object];
     if ((met->caster && coincides(s, s->touched, ray, hit)) ||
@@ -223,6 +245,8 @@ void trace_triangle_point(const TraceScene *s, int object, uint32_t primitive, d
     const Object *o = &s->scene->objects[object];
     Triangle t = triangle_of(s->corners[object], primitive);
     triangle_point(&o->mesh, &t, primitive, v, w, hit);
+    if (edge_near(&t, v, w, 2 * sum(hit->error), t.nn))
+        hit->inward = edge_inward(&t, v, w, 2 * sum(hit->error));
     hit->t = 0;
     hit->object = object;
     hit->material = &s->scene->materials[o->material];

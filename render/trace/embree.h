@@ -5,7 +5,7 @@
  *  Embree finds the primitive in single precision (robust mode); the hit is then computed again in double
  *  precision from the ray's true line, so that a path's positions carry no single-precision error. A ray that
  *  leaves a surface starts outside an error box around the point (Pharr, Jakob, Humphreys, PBR 3rd
- * ed. 3.9.5), on the side of the new direction. */
+ * ed. 3.9.5), on the side of the new direction; at edges: embree_edge.c. */
 #ifndef RENDER_TRACE_EMBREE_H
 #define RENDER_TRACE_EMBREE_H
 
@@ -25,8 +25,10 @@ typedef struct Ray {
 
 typedef struct Hit {
     V3 position;
-    V3 ng, ns; /**< unit, front side; ns is the interpolated normal, in ng's hemisphere */
-    V3 error;  /**< half size of the box that holds the exact point in single precision */
+    V3 ng, ns;    /**< unit, front side; ns is the interpolated normal, in ng's hemisphere */
+    V3 error;     /**< half size of the box that holds the exact point in single precision */
+    V3 inward;    /**< 0; of a point at a triangle's edge, the way off it, over the triangle */
+    double reach; /**< 0; where the line all but meets an edge, how far off other triangles may meet it */
     double
         slack; /**< along the normal: how near the next hit may be before it is this exact surface itself */
     double t;

@@ -4,15 +4,19 @@
 
 #include "core/checked.h"
 
+/* Rounded outwards: a small body far from the middle may be a few roundings of its coordinates large. */
+static float below(double x) { return nextafterf((float)x, -INFINITY); }
+static float above(double x) { return nextafterf((float)x, INFINITY); }
+
 static void exact_bounds(const struct RTCBoundsFunctionArguments *a) {
     const Object *o = a->geometryUserPtr;
     double pad = 1e-5 * v3_length(v3_sub(o->bounds_max, o->bounds_min)) + 1e-30;
-    *a->bounds_o = (struct RTCBounds){.lower_x = (float)(o->bounds_min.x - pad),
-        .lower_y = (float)(o->bounds_min.y - pad),
-        .lower_z = (float)(o->bounds_min.z - pad),
-        .upper_x = (float)(o->bounds_max.x + pad),
-        .upper_y = (float)(o->bounds_max.y + pad),
-        .upper_z = (float)(o->bounds_max.z + pad)};
+    *a->bounds_o = (struct RTCBounds){.lower_x = below(o->bounds_min.x - pad),
+        .lower_y = below(o->bounds_min.y - pad),
+        .lower_z = below(o->bounds_min.z - pad),
+        .upper_x = above(o->bounds_max.x + pad),
+        .upper_y = above(o->bounds_max.y + pad),
+        .upper_z = above(o->bounds_max.z + pad)};
 }
 
 /* The true line against the surface in its local space; t stays the same under the affine map. */

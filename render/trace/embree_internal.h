@@ -16,6 +16,11 @@ typedef struct RTCRayQueryContext QueryContext;
 typedef struct RTCIntersectContext QueryContext;
 #endif
 
+/** gamma(7) of PBR: seven roundings in Embree's hit point at most. The absolute part (scene space: casters
+ * are about 1 in size) is for surfaces through the origin, whose coordinates are exactly 0. */
+#define ERROR_GAMMA 4.2e-7
+#define ERROR_ABSOLUTE 5e-8
+
 struct TraceScene {
     const Scene *scene;
     RTCDevice device;
@@ -45,5 +50,51 @@ static inline void embree_corners(const float *corners, uint32_t primitive, V3 *
     *b = v3((double)p[3], (double)p[4], (double)p[5]);
     *c = v3((double)p[6], (double)p[7], (double)p[8]);
 }
+
+/** A triangle as Embree has it: corners in single precision, everything else in double. */
+typedef struct Triangle {
+    V3 a, b, c, ab, ac;
+    V3 n; /* ab x ac */
+    double nn;
+} Triangle;
+
+static inline Triangle triangle_of(const float *corners, uint32_t primitive) {
+    Triangle t;
+    embree_corners(corners, primitive, &t.a, &t.b, &t.c);
+    t.ab = v3_sub(t.b, t.a);
+    t.ac = v3_sub(t.c, t.a);
+    t.n = v3_cross(t.ab, t.ac);
+    t.nn = v3_dot(t.n, t.n);
+    return t;
+}
+
+/* ---- edges: embree_edge.c ---- */
+
+/** Whether barycentrics v, w may lie within `width` of an edge, with some false alarms: of the longest edge
+ * only a bound is known. `across2`: squared, twice the triangle's area, or what a line sees of it, for a line
+ * that passes so near. */
+static inline bool edge_near(const Triangle *t, double v, double w, double width, double across2) {
+    double u = 1 - v - w, least = v < w ? v : w;
+    least = u < least ? u : least;
+    return least * least * across2 < 2 * width * width * (v3_dot(t->ab, t->ab) + v3_dot(t->ac, t->ac));
+}
+
+/** From the point at v, w to one that is `width` from all edges, if the triangle has such a point near by. */
+V3 edge_inward(const Triangle *t, double v, double w, double width);
+
+typedef enum EdgeVerdict {
+    EDGE_AS_FOUND, /**< the hit stands */
+    EDGE_MET,      /**< the line meets this triangle first */
+    EDGE_PASSED    /**< the line passes by the body's outline */
+} EdgeVerdict;
+
+typedef struct EdgeMet {
+    int object;
+    uint32_t primitive;
+    double t;
+} EdgeMet;
+
+/** Which triangle Embree's line meets near a hit with a reach, in double precision. */
+EdgeVerdict edge_settle(const TraceScene *s, const Ray *line, const Hit *hit, EdgeMet *met);
 
 #endif
