@@ -21,7 +21,7 @@ for what in "$@"; do
     for blender in "${CAUSTICS_BPY:-build/bpy}"/*/blender; do
       version=$(basename "$(dirname "$blender")")
       export BLENDER=$blender CAUSTICS_BLENDER=$blender
-      for t in scenes bases edges runs hosting; do try "$version: $t" in_blender "tests/blender_addon/test_$t.py"; done
+      for t in scenes surfaces baking bases edges runs hosting; do try "$version: $t" in_blender "tests/blender_addon/test_$t.py"; done
       try "$version: lamps" in_blender bench/blender/lamps.py
       unset BLENDER CAUSTICS_BLENDER
     done

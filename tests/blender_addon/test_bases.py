@@ -119,7 +119,8 @@ class Bases(Case):
                 notes = Notes()
                 made = Materials(notes)
                 item = made.items[made.name_of(m)]
-                self.assertEqual((item["type"], item.get("facets"), notes.lines), ("glass", expected, []))
+                named = expected and bpy.app.version < (4, 0, 0)  # where Blender's own was another
+                self.assertEqual((item["type"], item.get("facets"), len(notes.lines)), ("glass", None if named else expected, 1 if named else 0))
 
     @unittest.skipUnless(hasattr(bpy.types, "ShaderNodeBsdfMetallic"), "4.3 on")
     def test_metallic(self):

@@ -3,7 +3,7 @@
 import bpy
 
 from . import ggx
-from .fold import Scope, fold, socket, source
+from .fold import Scope, Value, fold, socket, source
 
 
 class Closure:
@@ -18,19 +18,29 @@ class Closure:
 
 
 class Reader:
-    """Reads one material. say(reason): called for everything that the result does not carry."""
+    """Reads one material. say(reason): called for everything that the result does not carry. baked: means of Baker."""
 
-    def __init__(self, say, material=""):
-        self.say, self.material = say, material
+    def __init__(self, say, material="", baked=None):
+        self.say, self.material, self.baked = say, material, baked or {}
+        self.varying = []      # (node, identifier of its input) of what is not constant, outside groups
         self.textured = False  # a colour of a diffuse lobe varies over the surface
         self.tricks = []       # (material or group, its name, node, output) that let shadow or diffuse rays through
         self.plastics = []     # (Principled node, parameters) of those with a coat over a base
 
     def get(self, what, sock, scope):
         value = fold(sock, scope)
-        if value.varies:
+        if not value.varies or sock is None:
+            return value
+        mean = None
+        if not scope.groups and not by_ray(sock, scope):
+            self.varying.append((sock.node.name, sock.identifier))
+            mean = self.baked.get((self.material, sock.node.name, sock.identifier))
+        if mean is None:
             self.say(f"its {what} is not constant ({value.varies}); the mean stands in")
-        return value
+            return value
+        words = ", ".join(f"{x:.3g}" for x in (mean if max(mean) - min(mean) > 1e-4 else mean[:1]))
+        self.say(f"its {what} is not constant ({value.varies}); its mean over the surface, {words}, baked by Cycles, stands in")
+        return Value(mean, value.varies)
 
     def color(self, what, sock, scope):
         c = self.get(what, sock, scope).color()
@@ -72,6 +82,16 @@ class Reader:
                     self.say("bump and normal maps are not built; it is taken as smooth")
 
 
+RAYS = {"LIGHT_PATH", "FRESNEL", "LAYER_WEIGHT", "CAMERA"}  # nodes whose values are a ray's, not a place's
+
+
+def by_ray(sock, scope, depth=0):
+    out, scope = source(sock, scope)
+    if out is None or not out.is_output:
+        return False
+    return out.node.type in RAYS or depth > 50 or any(by_ray(s, scope, depth + 1) for s in out.node.inputs)
+
+
 def rough(reader, node, scope):
     if getattr(node, "distribution", "GGX") == "SHARP":
         return 0.0
@@ -93,9 +113,14 @@ def metallic_color(reader, node, color, roughness):
     return [min(c, 1.0) for c in lifted]
 
 
-def facets(node, roughness):
+def facets(reader, node, roughness):
     """Of glass: whether light that meets more than one of its facets is given back, as parameters."""
-    return {"facets": "multiple"} if roughness > 0 and getattr(node, "distribution", "GGX") == "MULTI_GGX" else {}
+    if roughness <= 0 or getattr(node, "distribution", "GGX") != "MULTI_GGX":
+        return {}
+    if bpy.app.version < (4, 0, 0):
+        reader.say("rough glass of Multiscatter GGX has darker caustics in Blender 3.x (a third at a roughness of 0.5); it is rendered as GGX")
+        return {}
+    return {"facets": "multiple"}
 
 
 def diffuse(reader, node, scope, depth):
@@ -140,7 +165,7 @@ def glass(reader, node, scope, depth):
     reader.normals(node, scope)
     ior = reader.number("index of refraction", socket(node, "IOR"), scope, 0.1, 10.0)
     params = {"color": reader.color("color", socket(node, "Color"), scope), "ior": ior, "roughness": rough(reader, node, scope)}
-    params.update(facets(node, params["roughness"]))
+    params.update(facets(reader, node, params["roughness"]))
     return [Closure("refraction" if node.type == "BSDF_REFRACTION" else "glass", params, name=node.name)]
 
 
@@ -175,10 +200,7 @@ def mix(reader, node, scope, depth):
     if ior:
         return [c.scaled(1.0, ior) for s in (a, b) for c in reader.surface(s, scope, depth + 1)]
     note_tricks(reader, fac, scope)
-    value = fold(fac, scope)
-    w = min(max(value.number(), 0.0), 1.0)
-    if value.varies:
-        reader.say(f"the factor of its mix is not constant ({value.varies}); the mean stands in")
+    w = reader.number("factor of a mix", fac, scope)
     made = []
     for s, share in ((a, 1 - w), (b, w)):
         if share > 0:
@@ -265,7 +287,7 @@ class Principled:
         if self.new:  # tinted once per crossing of the body, not of each face (source: Blender manual, Principled BSDF)
             color = [c**0.5 for c in color]
         ior, roughness = self.reader.number("index of refraction", socket(self.node, "IOR"), self.scope, 0.1, 10.0), self.number("Roughness")
-        return Closure("glass", {"color": color, "ior": ior, "roughness": roughness, **facets(self.node, roughness)}, name=self.node.name)
+        return Closure("glass", {"color": color, "ior": ior, "roughness": roughness, **facets(self.reader, self.node, roughness)}, name=self.node.name)
 
     def plastic(self):
         color = self.reader.albedo(self.base(), self.scope)

@@ -11,7 +11,7 @@ import sys
 
 import bpy
 
-from . import engine, extract, show
+from . import bake, engine, extract, show
 from .errors import CausticsError, written
 from .job import Job
 
@@ -55,7 +55,7 @@ def export(folder, scene=None, view_layer=None, pointers=True):
         for name in os.listdir(meshes):
             if name.endswith(".ply"):
                 os.unlink(os.path.join(meshes, name))
-        made = extract.Extract(folder, pointers)
+        made = extract.Extract(folder, pointers, bake.Baker(scene).run())
         engine.look_at(scene, layer.name, lambda _, depsgraph: made.read(depsgraph))
     except OSError as error:
         raise written(error, folder) from None

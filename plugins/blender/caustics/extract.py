@@ -20,10 +20,12 @@ class Extract:
     """What was found. doc: the scene file. region: of the render border or None. notes: a Notes. textured: names of the
     materials that want the Diffuse Color pass. triangles: how many, instances counted. path: of the scene file."""
 
-    def __init__(self, folder, pointers=True):
+    def __init__(self, folder, pointers=True, baker=None):
         self.folder, self.pointers = folder, pointers
         self.notes, self.triangles, self.files = Notes(), 0, 0
-        self.materials = Materials(self.notes)
+        self.materials = Materials(self.notes, baker and baker.means)
+        for note in baker.notes if baker else ():
+            self.notes.add(*note)
         self.names, self.parts, self.objects, self.lights = set(), {}, [], []
         self.strengths = {}  # {layer's name: {name of a lamp's data: (energy, exposure)}}
         self.doc, self.region, self.layer, self.view_layer, self.frame = None, None, None, "", 0

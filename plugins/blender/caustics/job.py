@@ -8,7 +8,7 @@ import time
 
 import bpy
 
-from . import engine, extract, inprocess, pictures, programs, switches, views
+from . import bake, engine, extract, inprocess, pictures, programs, switches, views
 from .errors import Cancelled, CausticsError, written
 
 WAIT_S = 0.05
@@ -26,6 +26,7 @@ class Job:
         self.beauty = self.caustics = self.result = self.extract = self.child = None
         self.plan, self.notes, self.seconds, self.said, self.said_of_picture = "", [], {}, [], []
         self.switches = switches.Switches(scene)
+        self.baker = bake.Baker(scene)
         self.cancelled = False
 
     def run(self):
@@ -44,6 +45,9 @@ class Job:
                 programs.check("caustic-render")
             programs.check("caustic-merge")
             self.check_scene()
+            if self.baker.wanted():
+                self.text = "Baking what varies over casters"
+                yield from self.timed("bake", self.baker.steps())
             yield from self.timed("beauty", self.make_beauty())
             yield from self.timed("caustics", self.make_caustics())
             if self.beauty:
@@ -83,7 +87,7 @@ class Job:
     def look(self, _, depsgraph):
         if depsgraph.scene.name == self.scene and depsgraph.view_layer.name == self.view_layer and not self.extract:
             start = time.monotonic()
-            self.extract = extract.Extract(self.folder, self.options.pointers).read(depsgraph)
+            self.extract = extract.Extract(self.folder, self.options.pointers, self.baker).read(depsgraph)
             self.seconds["scene"] = round(time.monotonic() - start, 3)
 
     def make_beauty(self):

@@ -8,10 +8,10 @@ BLACK = {"type": "diffuse", "color": [0.0, 0.0, 0.0]}
 
 class Materials:
     """Those in use, by name, as they are met. notes: a Notes. textured: names of those whose colour is for the Diffuse
-    Color pass."""
+    Color pass. baked: means of Baker."""
 
-    def __init__(self, notes):
-        self.notes, self.items, self.textured = notes, {}, set()
+    def __init__(self, notes, baked=None):
+        self.notes, self.baked, self.items, self.textured = notes, baked, {}, set()
 
     def name_of(self, material):
         name = material.name_full if material else "(none)"
@@ -31,7 +31,7 @@ class Materials:
         if output.inputs["Volume"].is_linked:
             say("volumes and absorption are not built; only its surface takes part")
         self.displacement(material, output, say)
-        reader = closures.Reader(say)
+        reader = closures.Reader(say, name, self.baked)
         made = to_format(reader.surface(output.inputs["Surface"], closures.top()), say)
         if reader.textured:
             self.textured.add(name)
