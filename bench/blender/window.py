@@ -144,8 +144,8 @@ def steps():
     before, threads, figures = scene_state(scene), threading.active_count(), {}
     stage = "cancelled"
     press()
-    yield from until(lambda: CAUSTICS_OT_generate.job is None or CAUSTICS_OT_generate.job.stage == "caustics" and CAUSTICS_OT_generate.job.progress > 0, 120)
-    yield from wait(2.0)
+    yield from until(lambda: CAUSTICS_OT_generate.job is None or "error" in CAUSTICS_OT_generate.job.text, 120)
+    yield from wait(2.0)  # the panel is drawn twice a second
     screenshot("blender_progress.png", "PROPERTIES")
     child = CAUSTICS_OT_generate.job.child
     bpy.ops.caustics.cancel()

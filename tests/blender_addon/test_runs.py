@@ -11,6 +11,8 @@ from support import Case, built, caustics, layers, np, run  # noqa: E402
 
 import blender_scenes  # noqa: E402
 
+from caustics.job import sentence  # noqa: E402
+
 FILES = {"a": "a_ball", "b": "b_ring", "c": "c_water", "d": "d_wineglass"}
 
 
@@ -21,6 +23,17 @@ def state(scene):
     return [c.caustics_reflective, c.caustics_refractive, r.engine, r.use_sequencer, r.use_compositing, im.file_format, im.color_mode,
             im.color_depth, im.exr_codec, [(v.name, v.use, v.use_pass_diffuse_color) for v in scene.view_layers],
             [(t.name, len(t.node_tree.links)) for t in bpy.data.materials if t.node_tree], scene.frame_current]
+
+
+class Words(Case):
+    def test_progress_in_words(self):
+        """No count of photons before there is one, and never "0.0 million"."""
+        def words(stage, photons, error=None, left=None):
+            return sentence({"stage": stage, "photons_per_light": photons, "error": error, "remaining_s": left})
+        self.assertEqual(words("probing", 0), "Looking for caustics")
+        self.assertEqual(words("rendering", 0), "Tracing")
+        self.assertEqual(words("rendering", 16384, 0.5), "16 thousand photons per light, error 50.0 %")
+        self.assertEqual(words("rendering", 2.5e6, 0.021, 12.4), "2.5 million photons per light, error 2.1 %, 12 s left")
 
 
 class Runs(Case):

@@ -214,14 +214,7 @@ class Job:
         now = child.progress()
         if not now:
             return
-        error, target = now["error"], self.options.error
-        self.progress = fraction(now, target, self.options)
-        words = ["Looking for caustics" if now["stage"] == "probing" else f"{now['photons_per_light'] / 1e6:.1f} million photons per light"]
-        if error is not None:
-            words.append(f"error {100 * error:.1f} %")
-        if now["remaining_s"] is not None:
-            words.append(f"{now['remaining_s']:.0f} s left")
-        self.text = ", ".join(words)
+        self.progress, self.text = fraction(now, self.options.error, self.options), sentence(now)
 
     def add(self):
         self.text, self.progress = "Adding the layers", 1.0
@@ -238,6 +231,19 @@ class Job:
             self.beauty = pictures.keep(self.beauty, self.options.path("_beauty"))
         else:
             self.beauty = None
+
+
+def sentence(now):
+    """A line of caustic-render's progress in words; before the first pass has ended there are no photons to name."""
+    photons = now["photons_per_light"]
+    words = ["Looking for caustics" if now["stage"] == "probing" else "Tracing"]
+    if photons > 0 and now["stage"] != "probing":
+        words = [f"{photons / 1e6:.1f} million photons per light" if photons >= 1e5 else f"{max(photons / 1e3, 1):.0f} thousand photons per light"]
+    if now["error"] is not None:
+        words.append(f"error {100 * now['error']:.1f} %")
+    if now["remaining_s"] is not None:
+        words.append(f"{now['remaining_s']:.0f} s left")
+    return ", ".join(words)
 
 
 def fraction(now, target, options):

@@ -28,7 +28,7 @@ class Panel:
                 column.progress(factor=job.progress, text=f"{100 * job.progress:.0f} %")
             else:
                 column.label(text="#" * round(20 * job.progress) + "." * (20 - round(20 * job.progress)))
-            column.label(text=job.text)
+            text(column.column(), [job.text], "NONE", characters(context))
             column.operator(CAUSTICS_OT_cancel.bl_idname, icon="X")
             return
         layout.operator(CAUSTICS_OT_generate.bl_idname, icon="LIGHT_SUN")
@@ -36,10 +36,14 @@ class Panel:
         if settings.quality == "ERROR":
             layout.prop(settings, "error_percent")
         layout.prop(settings, "time_s")
-        width = max(20, int(context.region.width / 7 / context.preferences.system.ui_scale)) if context.region else 60
         for lines, icon in ((settings.plan, "INFO"), (settings.notes, "ERROR")):
             if len(lines):
-                text(layout.box(), [line.text for line in lines], icon, width)
+                text(layout.box(), [line.text for line in lines], icon, characters(context))
+
+
+def characters(context):
+    """How many of a line fit into the panel, with its margins and an icon."""
+    return max(20, int((context.region.width - 20) / 7.7 / context.preferences.system.ui_scale)) if context.region else 60
 
 
 def text(layout, lines, icon, width):
@@ -47,7 +51,7 @@ def text(layout, lines, icon, width):
     layout.scale_y = 0.7
     for line in lines:
         for i, piece in enumerate(textwrap.wrap(line, width)):
-            layout.label(text=piece, icon=icon if i == 0 else "BLANK1")
+            layout.label(text=piece, icon=icon if i == 0 or icon == "NONE" else "BLANK1")
 
 
 class Advanced:
@@ -63,7 +67,7 @@ class Advanced:
             layout.prop(settings, name)
         switched = switches.describe(context.scene)
         if switched:
-            text(layout.box(), switched, "INFO", max(20, context.region.width // 7))
+            text(layout.box(), switched, "INFO", characters(context))
         layout.operator(CAUSTICS_OT_export.bl_idname, icon="EXPORT")
 
 
