@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The long versions of tests/exact and tests/hard, one command each; each prints a table and fails when a row is wrong.
-#   bench/exact/run.sh answers|flux|kernels|agreement [SCENE...]|coverage [SCENE...]|lights|memory|hard|rays|all
+#   bench/exact/run.sh answers|flux|kernels|wave|agreement [SCENE...]|coverage [SCENE...]|lights|memory|hard|rays|all
 # BUILD names the build folder [build]. Minutes each on two cores, agreement an hour.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -14,6 +14,7 @@ case "${1:-}" in
 answers) $python tests/exact/exact_answers.py 8 ;;
 flux) EFFORT=20 $python tests/exact/flux_account.py ;;
 kernels) EFFORT=8 $python tests/exact/kernels.py ;;
+wave) EFFORT=8 $python tests/exact/wave.py ;;
 agreement)
   shift
   $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" "${@:-${scenes[@]}}" || failed=1
@@ -28,7 +29,7 @@ lights) $python tests/exact/lights.py ;;
 memory) $python tests/exact/lights.py memory 1e6 1e8 ;;
 hard) $python tests/hard/hard_scenes.py ;;
 rays) RAYS=400000 "$build/bin/test_rays" ;;
-all) for part in answers flux kernels lights hard rays memory agreement; do
+all) for part in answers flux kernels wave lights hard rays memory agreement; do
   echo "== $part"
   "$0" "$part" || failed=1
 done

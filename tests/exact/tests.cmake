@@ -25,6 +25,7 @@ endif()
 # Coarse meshes with smooth normals: P's four ways through a bent normal against R.
 caustics_script_test(bent ${EXACT}/bent.py)
 caustics_script_test(kernels ${EXACT}/kernels.py)
+caustics_script_test(wave ${EXACT}/wave.py)
 caustics_script_test(contact ${EXACT}/contact.py)
 caustics_script_test(agreement ${EXACT}/agreement.py 1e5 6e5 --small --soft plastic_room b_ring)
 caustics_script_test(coverage ${EXACT}/coverage.py 1e5 2e6 --small --estimators P b_ring plastic_room)

@@ -30,14 +30,25 @@ int wave_fronts(const WaveRun *run, const EmitStart *start, int object, WaveFron
 /** The ray at (u, v) and the flux per area of (u, v) that flows along it. */
 Ray wave_front_ray(const WaveFront *front, double u, double v, Rgb *weight);
 
+/* ---- receivers ---- */
+
+/** What tells receivers apart: twice the object, and 1 more on one that takes all light alike. Those are one
+ *  sheet wherever they lie in one: tiles and the grout between them. */
+static inline int wave_receiver(const Scene *scene, int object) {
+    return 2 * object + !scene->materials[scene->objects[object].material].kind->received;
+}
+static inline bool wave_same_receiver(int a, int b) { return a == b || (a & b & 1); }
+
 /* ---- corners: where a ray's light lands, along every path (wave_path.c) ---- */
 
 /** Light of one path on a receiver. */
 typedef struct WaveLanding {
-    uint64_t path;       /* surfaces, sides and events of the path, and the receiver */
+    uint64_t path;        /* surfaces, sides and events of the path, and the receiver */
     V3 position, normal; /* normal: geometric, on the light's side */
-    Rgb weight;          /* irradiance-weighted flux per area of (u, v), as a Deposit's */
-    int object;
+    double x, y;         /* raster position in the view's subpixels, where there is a view */
+    bool before;         /* the camera */
+    Rgb weight;           /* irradiance-weighted flux per area of (u, v), as a Deposit's */
+    int object, receiver; /* see wave_receiver() */
     uint32_t primitive;
     uint8_t glossy, transmission; /* as a Deposit's */
     bool shown;                   /* within the bounce limits at receivers that the camera sees directly */
@@ -69,7 +80,7 @@ typedef struct WaveTriangle {
     float reach;       /* how far off the plane the receiver may be, scene units */
     float flux[3];
     float per_area; /* 1 / scene area on a flat receiver; 0: spread by area in the picture */
-    int object;
+    int receiver;
 } WaveTriangle;
 
 /** A photon's light, spread by a kernel over the receiver around it. */
@@ -78,6 +89,7 @@ typedef struct WaveSplat {
     Support support;
     double x, y, reach; /* raster position and bound of its extent, subpixels */
     V3 step[2];         /* along the receiver from one subpixel to the next, across and down */
+    bool strays;        /* nothing of its own object shows: it lights what is seen there */
     float flux[3];
 } WaveSplat;
 
@@ -88,7 +100,7 @@ typedef struct WaveSeenTriangle {
     Rgb irradiance;
     V3 center;
     double radius, reach; /* of a ball around it; how far off the plane an eye point may be; scene units */
-    int object;
+    int receiver;
     uint8_t glossy, transmission;
 } WaveSeenTriangle;
 
@@ -130,13 +142,49 @@ bool wave_seen_triangle(
 void wave_seen_light(const WaveSeen *seen, size_t band, const WaveBatch *batches, size_t batch_count,
     const PassImages *images);
 
+/* ---- what lands as a triangle, and what is left to single rays (wave_cells.c, wave_rest.c) ---- */
+
+/** A path that landed as a triangle. Its corners live as long as the triangle's parts are worked on. */
+typedef struct WaveClaim {
+    uint64_t path;
+    const WaveCorner *corner[3];
+    uint32_t landing[3]; /* theirs, in WaveCells.landings */
+    Rgb weight;          /* their mean */
+} WaveClaim;
+
+enum { WAVE_CLAIMED_MAX = 192 };
+
+/** A tile at work. */
+typedef struct WaveCells {
+    const WaveRun *run;
+    const WaveView *view; /* NULL: nothing is drawn */
+    bool seen;            /* some eye points see receivers through glass or in mirrors */
+    const WaveFront *front;
+    WaveBatch *out;
+    double wide; /* a triangle of a longer edge is split, subpixels */
+    WaveLandings landings; /* of the two rows of corners, and of a triangle's midpoints on top */
+    uint64_t key;
+    WaveClaim claims[WAVE_CLAIMED_MAX];
+    size_t claim_count;
+    uint64_t leaves; /* triangles that were not split, so far */
+} WaveCells;
+
+/** The claim of a path, or NULL. */
+const WaveClaim *wave_claimed(const WaveCells *c, uint64_t path);
+
+/** Leaves the share `left` of a triangle's light to single rays. */
+void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, double left);
+
+/** Light for receivers seen through glass or in mirrors: `flux` times `scale`. */
+void wave_put_deposit(WaveCells *c, const WaveLanding *landing, Rgb flux, double scale);
+
 /** A tile's triangles and deposits into `out`, which is emptied first (wave_cells.c). Without a view nothing
  * is drawn: only flux and rays are counted. */
 void wave_cells(const WaveRun *run, const WaveView *view, bool seen, const WaveTile *tile, WaveBatch *out);
 
 /* ---- the view (wave_view.c), and triangles drawn on it (wave_raster.c) ---- */
 
-enum { WAVE_NOTHING = -1, WAVE_MIXED = -2 };
+enum { WAVE_NOTHING = -2, WAVE_MIXED = -4 };
 
 /** What a subpixel sees. */
 typedef struct WaveSubpixel {
@@ -145,7 +193,7 @@ typedef struct WaveSubpixel {
         float per_flux; /**< irradiance per flux that falls on all of it */
         uint32_t block; /**< of a mixed subpixel */
     };
-    int object; /**< WAVE_NOTHING: no receiver that the camera sees directly; WAVE_MIXED: see `block` */
+    int receiver; /**< WAVE_NOTHING: none that the camera sees directly; WAVE_MIXED: see `block` */
 } WaveSubpixel;
 
 /** Subpixels in rows, and after them blocks of `parts` x `parts` smaller ones: where the grid is coarse (a
@@ -179,9 +227,19 @@ static inline size_t wave_block(const WaveView *v, const WaveSubpixel *mixed) {
 /** Raster position in subpixels; false: not in front of the camera. */
 bool wave_project(const WaveView *view, V3 p, double *x, double *y);
 
-/** Prepares a photon's light for the view: false when the camera does not see it (wave_splat.c). */
-bool wave_splat(const WaveRun *run, const WaveView *view, const WaveLanding *landing, double scale,
-    double turn, WaveSplat *out);
+/** The receiver around a triangle: its plane, how far from it the receiver may be seen, its area if flat. */
+void wave_set_plane(const Scene *scene, const WaveLanding *const landings[3], WaveTriangle *out);
+
+/** True when drawing the triangle would light what is seen at a raster position (in subpixels), which is of
+ *  `object` then; beyond the view it is taken to. */
+bool wave_shows(const WaveView *view, const WaveTriangle *triangle, double x, double y, int *object);
+
+/** True when the camera sees the place, directly or through transparent surfaces. */
+bool wave_view_sees(const WaveView *view, const TraceScene *trace, const WaveLanding *landing);
+
+/** Prepares a photon of that flux for the view: false when nothing of it shows (wave_splat.c). */
+bool wave_splat(const WaveRun *run, const WaveView *view, const WaveLanding *landing, Rgb flux, double turn,
+    WaveSplat *out);
 
 /** Adds a splat to the rows [y0, y1) of the view. */
 void wave_splat_draw(const TraceScene *trace, WaveView *view, const WaveSplat *splat, int y0, int y1);

@@ -87,11 +87,13 @@ static void land(Walk *w, const Branch *b, const Hit *hit, const ShadingFrame *f
     }
     unsigned glossy = b->chain.glossy - b->first.glossy,
              transmission = b->chain.transmission - b->first.transmission;
-    l->items[l->count++] = (WaveLanding){.path = mix(b->path, (uint64_t)(uint32_t)hit->object),
+    int receiver = wave_receiver(w->run->scene, hit->object);
+    l->items[l->count++] = (WaveLanding){.path = mix(b->path, (uint64_t)(receiver & 1 ? 1 : receiver)),
         .position = hit->position,
         .normal = frame->ng,
         .weight = weight,
         .object = hit->object,
+        .receiver = receiver,
         .primitive = hit->primitive,
         .glossy = byte_count(glossy),
         .transmission = byte_count(transmission),

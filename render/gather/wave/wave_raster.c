@@ -13,6 +13,10 @@ enum { POLYGON_MAX = 8, STRIPS_PER_THREAD = 2 };
 #define POINT_AREA 1e-8
 /* Facing test between the triangle's receiver and what a subpixel sees. */
 #define FACING_COSINE 0.7
+/* Normals this close are one plane. */
+#define FLAT_COSINE (1 - 1e-9)
+/* How far off a flat triangle its receiver may be, in pixels: a step that moves its light by less. */
+#define FLAT_OFF 0.1
 
 typedef struct Strip {
     WaveView *view;
@@ -20,17 +24,58 @@ typedef struct Strip {
     int y0, y1;
 } Strip;
 
+/* ---- what is the triangle's receiver ---- */
+
+void wave_set_plane(const Scene *scene, const WaveLanding *const l[3], WaveTriangle *t) {
+    V3 n = v3_normalize(v3_add(l[0]->normal, v3_add(l[1]->normal, l[2]->normal)));
+    V3 center = v3_scale(v3_add(l[0]->position, v3_add(l[1]->position, l[2]->position)), 1.0 / 3);
+    V3 e1 = v3_sub(l[1]->position, l[0]->position), e2 = v3_sub(l[2]->position, l[0]->position);
+    double cosine = fmin(v3_dot(n, l[0]->normal), fmin(v3_dot(n, l[1]->normal), v3_dot(n, l[2]->normal)));
+    double extent = fmax(v3_length(e1), v3_length(e2)), area = 0.5 * v3_length(v3_cross(e1, e2));
+    bool flat = cosine > FLAT_COSINE;
+    CameraView seen;
+    double footprint = 0;
+    if (camera_project(&scene->camera, center, &seen)) footprint = 1 / sqrt(seen.raster_per_area);
+    t->plane[0] = t->normal[0] = (float)n.x;
+    t->plane[1] = t->normal[1] = (float)n.y;
+    t->plane[2] = t->normal[2] = (float)n.z;
+    t->plane[3] = (float)-v3_dot(n, center);
+    t->reach = (float)(extent * sqrt(fmax(0, 2 - 2 * cosine)) + footprint * (flat ? FLAT_OFF : 1));
+    t->per_area = flat && area > 0 && isfinite((float)(1 / area)) ? (float)(1 / area) : 0;
+}
+
+static inline bool shows(const WaveSubpixel *p, const WaveTriangle *t) {
+    if (!wave_same_receiver(p->receiver, t->receiver)) return false;
+    float facing = t->normal[0] * p->normal[0] + t->normal[1] * p->normal[1] + t->normal[2] * p->normal[2];
+    float off = t->plane[0] * p->position[0] + t->plane[1] * p->position[1] + t->plane[2] * p->position[2] +
+                t->plane[3];
+    return facing >= (float)FACING_COSINE && fabsf(off) <= t->reach;
+}
+
+/* The subpixel at a raster position within the view, or the part of a mixed one. */
+static size_t subpixel_at(const WaveView *v, double px, double py) {
+    int x = (int)px, y = (int)py;
+    size_t at = (size_t)y * (size_t)v->width + (size_t)x;
+    if (v->subpixels[at].receiver != WAVE_MIXED) return at;
+    int i = (int)((px - x) * v->parts), j = (int)((py - y) * v->parts);
+    return wave_block(v, &v->subpixels[at]) + (size_t)(j * v->parts + i);
+}
+
+bool wave_shows(const WaveView *v, const WaveTriangle *t, double x, double y, int *object) {
+    if (!(x >= 0 && x < v->width && y >= 0 && y < v->height)) return true;
+    const WaveSubpixel *p = &v->subpixels[subpixel_at(v, x, y)];
+    if (!shows(p, t)) return false;
+    *object = p->receiver / 2;
+    return true;
+}
+
 /* ---- one subpixel ---- */
 
 /* `covered` is the area of the subpixel under the triangle, `share` that of the triangle over the subpixel.
  */
 static inline void light(WaveView *v, const WaveTriangle *t, size_t at, double covered, double share) {
     const WaveSubpixel *p = &v->subpixels[at];
-    if (p->object != t->object) return;
-    float facing = t->normal[0] * p->normal[0] + t->normal[1] * p->normal[1] + t->normal[2] * p->normal[2];
-    float off = t->plane[0] * p->position[0] + t->plane[1] * p->position[1] + t->plane[2] * p->position[2] +
-                t->plane[3];
-    if (facing < (float)FACING_COSINE || fabsf(off) > t->reach) return;
+    if (!shows(p, t)) return;
     double per_flux = t->per_area > 0 ? covered * (double)t->per_area : share * (double)p->per_flux;
     float *e = &v->irradiance[3 * at];
     for (int k = 0; k < 3; k++) e[k] += (float)(per_flux * (double)t->flux[k]);
@@ -101,7 +146,7 @@ static void light_one(const Strip *s, const WaveTriangle *t, int x, int y, doubl
     size_t at = (size_t)y * (size_t)v->width + (size_t)x;
     const WaveSubpixel *p = &v->subpixels[at];
     v->lit[y] = 1;
-    if (p->object != WAVE_MIXED)
+    if (p->receiver != WAVE_MIXED)
         light(v, t, at, area, 1);
     else
         light_parts(s, t, x, y, 1 / area);
@@ -117,15 +162,8 @@ static void light_point(const Strip *s, const WaveTriangle *t) {
     if (!(px >= 0 && px < v->width && py >= s->y0 && py < s->y1)) return;
     WaveTriangle point = *t;
     point.per_area = 0;
-    int x = (int)px, y = (int)py;
-    size_t at = (size_t)y * (size_t)v->width + (size_t)x;
-    const WaveSubpixel *p = &v->subpixels[at];
-    v->lit[y] = 1;
-    if (p->object == WAVE_MIXED) {
-        int i = (int)((px - x) * v->parts), j = (int)((py - y) * v->parts);
-        at = wave_block(v, p) + (size_t)(j * v->parts + i);
-    }
-    light(v, &point, at, 0, 1);
+    v->lit[(int)py] = 1;
+    light(v, &point, subpixel_at(v, px, py), 0, 1);
 }
 
 /* ---- coverage ---- */
@@ -199,7 +237,7 @@ static void light_row(const Strip *s, const WaveTriangle *t, int y, const double
         covered += s->row[x];
         s->row[x] = 0;
         if (!(covered > 0)) continue;
-        if (v->subpixels[at + (size_t)x].object == WAVE_MIXED)
+        if (v->subpixels[at + (size_t)x].receiver == WAVE_MIXED)
             light_parts(s, t, x, y, inverse);
         else
             light(v, t, at + (size_t)x, covered, covered * inverse);

@@ -10,6 +10,8 @@
 /* A triangle of less area than this part of a pixel's footprint is gathered by a kernel, as a photon: few eye
  * points would lie in it, and those would be too bright. */
 #define LOOKUP_AREA 0.1
+/* How far off a flat triangle its receiver may be, in pixels: a step that moves its light by less. */
+#define FLAT_OFF 0.1
 
 /* Eye points of a band of pixel rows under a tree. */
 typedef struct Band {
@@ -105,11 +107,11 @@ bool wave_seen_triangle(
     *out = (WaveSeenTriangle){.normal = n,
         .plane = v3_dot(n, center),
         .irradiance = rgb_scale(flux, 1 / area),
-        .reach = extent * (sqrt(fmax(0, 2 - 2 * cosine)) + 1e-3),
+        .reach = extent * (sqrt(fmax(0, 2 - 2 * cosine)) + 1e-3) + FLAT_OFF * footprint,
         .center = center,
         .radius = fmax(v3_length(v3_sub(l[0]->position, center)),
             fmax(v3_length(v3_sub(l[1]->position, center)), v3_length(v3_sub(l[2]->position, center)))),
-        .object = l[0]->object,
+        .receiver = l[0]->receiver,
         .glossy = l[0]->glossy,
         .transmission = l[0]->transmission};
     /* Along the normal, whichever way the triangle is turned. */
@@ -149,7 +151,7 @@ static void visit(void *data, const Deposit *item, double distance2) {
     uint32_t number;
     memcpy(&number, &item->flux[0], sizeof number);
     const EyePoint *p = l->band->points[number];
-    if (p->object != t->object) return;
+    if (!wave_same_receiver(wave_receiver(l->seen->scene, p->object), t->receiver)) return;
     V3 ng = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2]);
     if (v3_dot(ng, t->normal) < SUPPORT_COSINE) return;
     if (!bounces_allow(&l->seen->scene->bounces, 1, (unsigned)t->glossy + p->glossy,

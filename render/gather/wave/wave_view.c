@@ -13,6 +13,8 @@ enum { SCALE_MAX = 4, PASSES_MAX = 64, FILL_ROWS = 16 };
 /* Neighbours on one smooth sheet: the parabola through them is off by a small part of a pixel. */
 #define SMOOTH_COSINE 0.995
 #define SMOOTH_BEND 0.1
+/* A place is seen when the ray to it ends so near it, in pixels. */
+#define SEEN_OFF 0.25
 
 typedef struct Seen {
     Hit hit;
@@ -45,10 +47,20 @@ static Seen look(const WaveView *v, const TraceScene *trace, double x, double y)
     return s;
 }
 
+bool wave_view_sees(const WaveView *v, const TraceScene *trace, const WaveLanding *l) {
+    CameraView view;
+    if (!camera_project(&v->scene->camera, l->position, &view)) return false;
+    Seen s = look(v, trace, view.x, view.y);
+    if (!s.any || s.hit.object != l->object) return false;
+    double off = SEEN_OFF / sqrt(view.raster_per_area) + 1e-5 * view.distance;
+    double cosine = fabs(v3_dot(s.dir, s.hit.ng));
+    return v3_length(v3_sub(s.hit.position, l->position)) * fmax(cosine, 1e-3) <= off;
+}
+
 /* Stores what was seen through a square of `scale` to a pixel. */
 static void put_subpixel(WaveView *v, size_t at, const Seen *s, int scale) {
     WaveSubpixel *p = &v->subpixels[at];
-    *p = (WaveSubpixel){.object = WAVE_NOTHING};
+    *p = (WaveSubpixel){.receiver = WAVE_NOTHING};
     for (size_t k = 0; k < 3; k++) v->weight[3 * at + k] = 0;
     if (!s->any) return;
     V3 wi = v3_neg(s->dir);
@@ -62,7 +74,7 @@ static void put_subpixel(WaveView *v, size_t at, const Seen *s, int scale) {
         .position = {(float)s->hit.position.x, (float)s->hit.position.y, (float)s->hit.position.z},
         .normal = {(float)frame.ng.x, (float)frame.ng.y, (float)frame.ng.z},
         .per_flux = (float)(view.raster_per_area * cosine * scale * scale),
-        .object = s->hit.object};
+        .receiver = wave_receiver(v->scene, s->hit.object)};
     v->weight[3 * at] = (float)(albedo.r * gain);
     v->weight[3 * at + 1] = (float)(albedo.g * gain);
     v->weight[3 * at + 2] = (float)(albedo.b * gain);
@@ -159,7 +171,7 @@ static void fill_pixel(const ViewJob *job, int px, int py, const Seen *const row
             double x = (i + 0.5) / v->scale, y = (j + 0.5) / v->scale;
             size_t at = (size_t)(py * v->scale + j) * (size_t)v->width + (size_t)(px * v->scale + i);
             if (sheet == SHEET_NONE && v->scale == 1) {
-                v->subpixels[at].object = WAVE_MIXED;
+                v->subpixels[at].receiver = WAVE_MIXED;
                 continue;
             }
             Seen s;
@@ -236,11 +248,11 @@ static bool grow(void **items, size_t count, size_t size) {
 static bool make_blocks(WaveView *v, size_t memory) {
     v->row_blocks = array_new((size_t)v->height + 1, sizeof *v->row_blocks);
     if (!v->row_blocks) return false;
-    for (size_t i = 0; i < v->grid; i++) v->blocks += v->subpixels[i].object == WAVE_MIXED;
+    for (size_t i = 0; i < v->grid; i++) v->blocks += v->subpixels[i].receiver == WAVE_MIXED;
     v->block = array_new(v->blocks + 1, sizeof *v->block);
     if (!v->block) return false;
     for (size_t i = 0, b = 0; i < v->grid; i++)
-        if (v->subpixels[i].object == WAVE_MIXED) {
+        if (v->subpixels[i].receiver == WAVE_MIXED) {
             v->block[b++] = (uint32_t)i;
             v->row_blocks[i / (size_t)v->width + 1] = (uint32_t)b;
         }

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""W's coarse grids have a fine grid's light: what a triangle's corners do not tell, and what a receiver that is seen
+refuses of a triangle, is carried by single rays. Means over many random shifts of the grid, against closed forms."""
+import math
+import os
+
+import numpy as np
+
+import truth
+from rig import FOLDER, Check, ball, down_camera, over_seeds, plane, run, scene, sun
+
+RAYS = int(2e4 * float(os.environ.get("EFFORT", "1")))
+SEEDS = range(1, 6)
+
+
+def tiles_file(count, size, gap):
+    """A square of count x count loose tiles around the origin, one mesh."""
+    path = os.path.join(FOLDER.name, "tiles.obj")
+    with open(path, "w") as file:
+        for k in range(count * count):
+            x, y = (size * (v - count / 2) + gap / 2 for v in (k % count, k // count))
+            a, b = x + size - gap, y + size - gap
+            for corner in ((x, y), (a, y), (a, b), (x, b)):
+                file.write(f"v {corner[0]} {corner[1]} 0\n")
+        for k in range(count * count):
+            file.write("f " + " ".join(str(4 * k + i) for i in (1, 2, 3, 4)) + "\n")
+    return os.path.basename(path)
+
+
+def green(s, seed, rays):
+    result = run(s, "--estimator", "W", "--photons", rays, "--seed", seed, "--effects", "direct", "--layers", "radiance")
+    return math.pi * result["caustics_Sun"][:, :, 1]
+
+
+def gaps(check):
+    """Loose tiles over grout, lit through a sheet of ior 1, seen directly and through another such sheet: most triangles
+    of light reach over a gap, and none of their light is lost there. Gaps of half a pixel and of 2/7; shallow, a part of
+    the sheet, or so deep that a triangle on the tiles does not light them: rays alone do, with more noise."""
+    for words, height, depth, sharp in (("shallow gaps", 0.5, 0.0005, 0.001), ("deep gaps", 0.5, 0.01, 0.02),
+                                        ("shallow gaps through the sheet", 2, 0.0005, 0.001)):
+        for pixels in (26, 15):
+            objects = [{"name": "Tiles", "file": tiles_file(8, 0.125, 0.025), "material": "white", "smooth": False},
+                       plane("Grout", [4, 4], [0, 0, -depth]), plane("Sheet", [2.5, 2.5], [0, 0, 1], "air")]
+            s = scene(down_camera(0, 0, height, 1.3, [pixels, pixels]), objects, [sun([0, 0, -1])])
+            figures = over_seeds(SEEDS, lambda seed: {"mean": green(s, seed, RAYS).mean()})
+            check.close(f"loose tiles, {words}, {pixels} pixels, mean", figures["mean"], 1.0, 0.5 * sharp, sharp)
+
+
+def rings(check):
+    """The faint rings beyond the fold of a ball lens, on a plane just below it: less than a cell of the grid sends
+    their light, through the ball's rim, over a wide stretch of the plane."""
+    edges, size = np.array([0.16, 0.19, 0.25]), 100
+    limits = {"total": 16, "diffuse": 4, "glossy": 0, "transmission": 16}
+    s = scene(down_camera(0, 0, -1.02, 0.5, [size, size]), [plane("Floor", [4, 4], [0, 0, -1.05]), ball("Ball", 1, [0, 0, 0])],
+              [sun([0, 0, -1])], limits)
+    at = (np.arange(size) + 0.5) / size * 0.5 - 0.25
+    ring = np.digitize(np.hypot(*np.meshgrid(at, at)), edges) - 1
+    exact = truth.ball_irradiance(1.5, 1.05, np.linspace(-0.25, 0.25, size + 1))
+
+    def measure(seed):
+        e = green(s, seed, 5 * RAYS)
+        return {f"ring {edges[i]:g} to {edges[i + 1]:g}": e[ring == i].mean() for i in range(2)}
+
+    for i, (name, figure) in enumerate(over_seeds(SEEDS, measure).items()):
+        check.close(f"ball lens, {name}", figure, float(exact[ring == i].mean()), 0.004 * exact[ring == i].mean(), 0.01)
+
+
+if __name__ == "__main__":
+    found = Check()
+    gaps(found)
+    rings(found)
+    found.end()
