@@ -22,6 +22,7 @@ typedef struct RefWalk {
     Chain chain;
     int depth;
     bool scattered;
+    bool at_once; /* the eye meets a surface that is not specular first */
 } RefWalk;
 
 static void contribute(RefWalk *w, const Chain *chain, size_t light, Rgb value) {
@@ -40,6 +41,7 @@ static void meet_lights(RefWalk *w, double t_hit) {
         const Light *l = &scene->lights[i];
         if (l->delta || !l->kind->hit) continue;
         if (!w->scattered && strcmp(l->kind->name, "world") != 0) continue;
+        if (w->at_once && w->density == 0 && reference_from_light(w->run, l)) continue;
         LightSample s;
         if (!l->kind->hit(l, w->from, w->ray.dir, &s)) continue;
         if (isfinite(t_hit) && s.distance >= w->travelled + t_hit) continue;
@@ -98,6 +100,7 @@ static bool go_on(RefWalk *w, const Hit *hit, const ShadingFrame *f, V3 wi, unsi
     }
     if (w->run->physical) w->throughput = rgb_scale(w->throughput, 1 / square(s.eta));
     chain_add_from_eye(&w->chain, s.lobe, s.transmit);
+    if (!w->scattered) w->at_once = s.lobe != LOBE_SPECULAR;
     w->scattered = true;
     w->from = hit->position;
     w->travelled = 0;

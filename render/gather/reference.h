@@ -5,7 +5,10 @@
  *  Path tracing from the camera for everything a path can find (next-event estimation and BSDF sampling,
  * power heuristic's simpler sibling, the balance heuristic: Veach and Guibas 1995), and light tracing into
  * pixels for lights without extent whose first surface is specular, which no camera path can find. What is
- * still out of reach - such light seen through a specular surface - is missing and said so by the plan.
+ * still out of reach - such light seen through a specular surface - is missing and said so by the plan. From
+ * narrow suns a camera path finds such light so rarely that its error hides: where no normal is interpolated
+ * (by which Cycles would bend what the eye sees) it is traced from the light too, all but what is seen
+ * through a specular surface.
  *
  *  R splits every path by chain_owner(): the beauty that Cycles renders with caustics off, and per light the
  *  direct and the indirect caustics. */
@@ -35,12 +38,17 @@ typedef struct ReferenceRun {
     bool physical;
     uint64_t key;
     uint32_t pass;
-    uint32_t light_paths; /**< light tracing: paths per light without extent in this pass */
+    uint32_t light_paths; /**< light tracing: paths in this pass, of each light that is traced from */
     int x0, y0, x1, y1;
     const atomic_bool *cancel;
 } ReferenceRun;
 
-/** One camera sample per pixel, and light_paths light paths per light without extent. Images are overwritten.
+/** Whether light of it that is specular next to it, and that the eye sees on a surface that is not, is traced
+ * from the light and left out of camera paths. */
+bool reference_from_light(const ReferenceRun *run, const Light *light);
+
+/** One camera sample per pixel, and light_paths light paths per light that is traced from. Images are
+ * overwritten.
  */
 cau_result reference_pass(const ReferenceRun *run, TaskPool *pool, const ReferenceImages *out, CauError *err);
 

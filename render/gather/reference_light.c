@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light tracing into pixels: paths of lights without extent that begin with a specular surface. */
+/* Light tracing into pixels: paths of lights without extent, and of narrow suns, that begin with a specular
+ * surface. */
 #include "render/gather/reference.h"
 
 #include "core/checked.h"
@@ -8,6 +9,8 @@
 enum { LIGHT_BATCH = 1024, LIGHT_DEPTH_MAX = 1000, LIGHT_ROULETTE_DEPTH = 4 };
 
 #define LIGHT_ROULETTE_SHARE 0.1
+/* A sun that fills less of the sky (steradians) is narrow: one of 11 degrees. */
+#define NARROW 0.03
 
 typedef struct Splat {
     uint32_t pixel;
@@ -179,12 +182,22 @@ static cau_result trace_light(
     return failed ? error_set(err, CAU_ERROR_RESOURCE, "out of memory for light paths") : CAU_OK;
 }
 
+bool reference_from_light(const ReferenceRun *run, const Light *light) {
+    if (light->delta) return true;
+    if (!light->infinite) return false;
+    for (size_t i = 0; i < run->scene->object_count; i++)
+        if (!run->scene->objects[i].exact && run->scene->objects[i].mesh.normals) return false;
+    EmitStart start;
+    light->kind->emit_start(light, 0.5, 0.5, &start);
+    return start.pdf * NARROW > 1;
+}
+
 cau_result reference_light_paths(
     const ReferenceRun *run, TaskPool *pool, const ReferenceImages *out, CauError *err) {
     if (run->casters->count == 0 || run->light_paths == 0) return CAU_OK;
     for (size_t i = 0; i < run->scene->light_count; i++) {
         const Light *l = &run->scene->lights[i];
-        if (!l->delta) continue;
+        if (!reference_from_light(run, l)) continue;
         LightJob job = {run, l, rng_combine(rng_combine(run->key, l->stream), run->pass), NULL};
         CAU_TRY(trace_light(&job, i, pool, out, err));
     }

@@ -44,9 +44,9 @@ static inline bool wave_same_receiver(int a, int b) { return a == b || (a & b & 
 /** Light of one path on a receiver. */
 typedef struct WaveLanding {
     uint64_t path;        /* surfaces, sides and events of the path, and the receiver */
-    V3 position, normal; /* normal: geometric, on the light's side */
-    double x, y;         /* raster position in the view's subpixels, where there is a view */
-    bool before;         /* the camera */
+    V3 position, normal;  /* normal: geometric, on the light's side */
+    double x, y;          /* raster position in the view's subpixels, where there is a view */
+    bool before;          /* the camera */
     Rgb weight;           /* irradiance-weighted flux per area of (u, v), as a Deposit's */
     int object, receiver; /* see wave_receiver() */
     uint32_t primitive;
@@ -161,7 +161,7 @@ typedef struct WaveCells {
     bool seen;            /* some eye points see receivers through glass or in mirrors */
     const WaveFront *front;
     WaveBatch *out;
-    double wide; /* a triangle of a longer edge is split, subpixels */
+    double wide;           /* a triangle of a longer edge is split, subpixels */
     WaveLandings landings; /* of the two rows of corners, and of a triangle's midpoints on top */
     uint64_t key;
     WaveClaim claims[WAVE_CLAIMED_MAX];
