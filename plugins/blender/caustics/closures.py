@@ -118,7 +118,7 @@ def facets(reader, node, roughness):
     if roughness <= 0 or getattr(node, "distribution", "GGX") != "MULTI_GGX":
         return {}
     if bpy.app.version < (4, 0, 0):
-        reader.say("rough glass of Multiscatter GGX has darker caustics in Blender 3.x (a third at a roughness of 0.5); it is rendered as GGX")
+        reader.say("rough glass of Multiscatter GGX has darker caustics in Blender 3.x; it is rendered as GGX")
         return {}
     return {"facets": "multiple"}
 
