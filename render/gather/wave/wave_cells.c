@@ -13,8 +13,7 @@
 #define WIDE_PIXELS 4
 #define WIDE_EVEN 4
 
-/* How often a triangle is split, and how often where it is wide. */
-enum { SPLITS_MAX = 2, WIDE_SPLITS_MAX = 5 };
+enum { SPLITS_MAX = 2 };
 
 /* A triangle is split while more than this share of its light is not agreed on. */
 #define SPLIT_SHARE 0.1
@@ -135,8 +134,7 @@ static double wide_limit(const WaveRun *run, const WaveView *view) {
  * `wide` that of paths that are too wide. `wait`: such paths, and those whose flux varies much over a
  * triangle that may still be split, are left: at a rim the transmitted light falls with infinite slope, and
  * the mean of three corners would lose some of it. */
-static double claim(
-    WaveCells *c, const WaveCorner *const corner[3], double area, int splits, bool wait, double *wide) {
+static double claim(WaveCells *c, const WaveCorner *const corner[3], double area, bool wait, double *wide) {
     double left = 0, start = 0;
     for (int k = 0; k < 3; k++) start = fmax(start, rgb_max(corner[k]->weight));
     const WaveLanding *own = &c->landings.items[corner[0]->first];
@@ -145,7 +143,7 @@ static double claim(
         if (c->claim_count == WAVE_CLAIMED_MAX || wave_claimed(c, path)) continue;
         const WaveLanding *const l[3] = {&own[i], find(c, corner[1], path), find(c, corner[2], path)};
         if (!l[1] || !l[2]) continue;
-        if (wait && splits < SPLITS_MAX && variation(l, start) > SPLIT_VARIATION) continue;
+        if (wait && variation(l, start) > SPLIT_VARIATION) continue;
         if (wait && is_wide(c, l)) {
             *wide += rgb_max(l[0]->weight) / start;
             continue;
@@ -176,11 +174,9 @@ static void triangle(
     WaveCells *c, const WaveCorner *a, const WaveCorner *b, const WaveCorner *d, double area, int splits) {
     const WaveCorner *const corner[3] = {a, b, d};
     size_t before = c->claim_count;
-    bool room = c->claim_count < WAVE_CLAIMED_MAX;
-    double wide = 0, left = claim(c, corner, area, splits, room && splits < WIDE_SPLITS_MAX, &wide);
-    bool split =
-        (splits < SPLITS_MAX && left > SPLIT_SHARE) || (splits < WIDE_SPLITS_MAX && wide > SPLIT_SHARE);
-    if (room && split) {
+    bool wait = c->claim_count < WAVE_CLAIMED_MAX && splits < SPLITS_MAX;
+    double wide = 0, left = claim(c, corner, area, wait, &wide);
+    if (wait && fmax(left, wide) > SPLIT_SHARE) {
         size_t top = c->landings.count;
         WaveCorner m[3];
         for (int k = 0; k < 3; k++) {
@@ -193,7 +189,7 @@ static void triangle(
         triangle(c, &m[0], &m[1], &m[2], area / 4, splits + 1);
         c->landings.count = top;
     } else
-        wave_leave(c, corner, area, claim(c, corner, area, splits, false, NULL));
+        wave_leave(c, corner, area, claim(c, corner, area, false, NULL));
     c->claim_count = before;
 }
 
