@@ -42,7 +42,9 @@ def gaps(check):
             objects = [{"name": "Tiles", "file": tiles_file(8, 0.125, 0.025), "material": "white", "smooth": False},
                        plane("Grout", [4, 4], [0, 0, -depth]), plane("Sheet", [2.5, 2.5], [0, 0, 1], "air")]
             s = scene(down_camera(0, 0, height, 1.3, [pixels, pixels]), objects, [sun([0, 0, -1])])
-            figures = over_seeds(SEEDS, lambda seed: {"mean": green(s, seed, RAYS).mean()})
+            # Through the sheet at 15 pixels: triangles so small that kernels spread them.
+            rays = 40 * RAYS if height == 2 and pixels == 15 else RAYS
+            figures = over_seeds(SEEDS, lambda seed: {"mean": green(s, seed, rays).mean()})
             check.close(f"loose tiles, {words}, {pixels} pixels, mean", figures["mean"], 1.0, 0.5 * sharp, sharp)
 
 

@@ -59,8 +59,11 @@ static void put_seen(WaveCells *c, const WaveLanding *const l[3], Rgb flux) {
     } else if (wave_seen_triangle(l, flux, center, footprint, &b->seen[b->seen_count])) {
         b->seen_count++;
     } else {
-        WaveLanding middle = *l[0];
-        middle.position = center;
+        /* Between two objects the middle may lie under one of them, hidden from its eye points: a corner will
+         * do. */
+        bool alike = l[0]->object == l[1]->object && l[0]->object == l[2]->object;
+        WaveLanding middle = *l[b->deposit_count % 3];
+        if (alike) middle.position = center;
         wave_put_deposit(c, &middle, flux, 1);
     }
 }
