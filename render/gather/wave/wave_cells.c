@@ -64,7 +64,7 @@ static void put_seen(WaveCells *c, const WaveLanding *const l[3], Rgb flux) {
         bool alike = l[0]->object == l[1]->object && l[0]->object == l[2]->object;
         WaveLanding middle = *l[b->deposit_count % 3];
         if (alike) middle.position = center;
-        wave_put_deposit(c, &middle, flux, 1);
+        wave_put_deposit(c, &middle, flux);
     }
 }
 

@@ -43,7 +43,7 @@ static inline bool wave_same_receiver(int a, int b) { return a == b || (a & b & 
 
 /** Light of one path on a receiver. */
 typedef struct WaveLanding {
-    uint64_t path;        /* surfaces, sides and events of the path, and the receiver */
+    uint64_t path;        /* surfaces, sides and events of the path, and wave_receiver() */
     V3 position, normal;  /* normal: geometric, on the light's side */
     double x, y;          /* raster position in the view's subpixels, where there is a view */
     bool before;          /* the camera */
@@ -72,6 +72,13 @@ WaveCorner wave_corner(const WaveRun *run, const WaveFront *front, double u, dou
     WaveLandings *landings, FluxAccount *account);
 
 /* ---- landed triangles ---- */
+
+/** How far off a flat triangle its receiver may be: a step that moves its light by less, in pixels; and in
+ * the triangle's length, for what rounding does. */
+#define WAVE_FLAT_OFF 0.1
+#define WAVE_PLANE_OFF 1e-3
+/** Facing test between a triangle's receiver and the surface that is to show its light. */
+#define WAVE_FACING_COSINE 0.7
 
 typedef struct WaveTriangle {
     double x[3], y[3]; /* raster position in subpixels */
@@ -175,8 +182,8 @@ const WaveClaim *wave_claimed(const WaveCells *c, uint64_t path);
 /** Leaves the share `left` of a triangle's light to single rays. */
 void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, double left);
 
-/** Light for receivers seen through glass or in mirrors: `flux` times `scale`. */
-void wave_put_deposit(WaveCells *c, const WaveLanding *landing, Rgb flux, double scale);
+/** Light for receivers seen through glass or in mirrors. */
+void wave_put_deposit(WaveCells *c, const WaveLanding *landing, Rgb flux);
 
 /** A tile's triangles and deposits into `out`, which is emptied first (wave_cells.c). Without a view nothing
  * is drawn: only flux and rays are counted. */

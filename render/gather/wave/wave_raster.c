@@ -11,12 +11,8 @@ enum { POLYGON_MAX = 8, STRIPS_PER_THREAD = 2 };
 /* A triangle of less area than this (subpixels) is a point of light: the sums would lose its coverage to
  * rounding. */
 #define POINT_AREA 1e-8
-/* Facing test between the triangle's receiver and what a subpixel sees. */
-#define FACING_COSINE 0.7
 /* Normals this close are one plane. */
 #define FLAT_COSINE (1 - 1e-9)
-/* How far off a flat triangle its receiver may be, in pixels: a step that moves its light by less. */
-#define FLAT_OFF 0.1
 
 typedef struct Strip {
     WaveView *view;
@@ -40,7 +36,7 @@ void wave_set_plane(const Scene *scene, const WaveLanding *const l[3], WaveTrian
     t->plane[1] = t->normal[1] = (float)n.y;
     t->plane[2] = t->normal[2] = (float)n.z;
     t->plane[3] = (float)-v3_dot(n, center);
-    t->reach = (float)(extent * sqrt(fmax(0, 2 - 2 * cosine)) + footprint * (flat ? FLAT_OFF : 1));
+    t->reach = (float)(extent * sqrt(fmax(0, 2 - 2 * cosine)) + footprint * (flat ? WAVE_FLAT_OFF : 1));
     t->per_area = flat && area > 0 && isfinite((float)(1 / area)) ? (float)(1 / area) : 0;
 }
 
@@ -49,7 +45,7 @@ static inline bool shows(const WaveSubpixel *p, const WaveTriangle *t) {
     float facing = t->normal[0] * p->normal[0] + t->normal[1] * p->normal[1] + t->normal[2] * p->normal[2];
     float off = t->plane[0] * p->position[0] + t->plane[1] * p->position[1] + t->plane[2] * p->position[2] +
                 t->plane[3];
-    return facing >= (float)FACING_COSINE && fabsf(off) <= t->reach;
+    return facing >= (float)WAVE_FACING_COSINE && fabsf(off) <= t->reach;
 }
 
 /* The subpixel at a raster position within the view, or the part of a mixed one. */

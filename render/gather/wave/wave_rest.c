@@ -18,9 +18,6 @@
  * triangle is flat and evenly lit costs less than the noise of mending it. */
 #define SAME_PLACE 0.1
 #define SAME_TRIANGLE 0.25
-/* A receiver under a triangle faces its way, and lies this near its plane (in the triangle's length). */
-#define FACING_COSINE 0.7
-#define PLANE_OFF 1e-3
 
 /* How a ray's difference is weighted: `scale` by what the ray stands for; weights under `least` are put with
  * less probability and more weight. */
@@ -37,7 +34,7 @@ const WaveClaim *wave_claimed(const WaveCells *c, uint64_t path) {
 
 /* ---- photons ---- */
 
-void wave_put_deposit(WaveCells *c, const WaveLanding *l, Rgb flux, double scale) {
+void wave_put_deposit(WaveCells *c, const WaveLanding *l, Rgb flux) {
     WaveBatch *b = c->out;
     if (!array_reserve(
             (void **)&b->deposits, &b->deposit_capacity, b->deposit_count + 1, sizeof *b->deposits)) {
@@ -46,7 +43,7 @@ void wave_put_deposit(WaveCells *c, const WaveLanding *l, Rgb flux, double scale
     }
     Deposit *d = &b->deposits[b->deposit_count++];
     *d = (Deposit){.position = {(float)l->position.x, (float)l->position.y, (float)l->position.z},
-        .flux = {(float)(flux.r * scale), (float)(flux.g * scale), (float)(flux.b * scale)},
+        .flux = {(float)flux.r, (float)flux.g, (float)flux.b},
         .glossy = l->glossy,
         .transmission = l->transmission,
         .audience = AUDIENCE_SEEN};
@@ -78,7 +75,7 @@ static void put_shown(WaveCells *c, const WaveLanding *l, Rgb weight, const Shar
 /* On what it sees through glass and in mirrors. */
 static void put_seen(WaveCells *c, const WaveLanding *l, Rgb weight, const Share *share) {
     double scale = survives(share, weight);
-    if (scale > 0) wave_put_deposit(c, l, weight, scale);
+    if (scale > 0) wave_put_deposit(c, l, rgb_scale(weight, scale));
 }
 
 /* ---- what a claimed triangle has put at a ray's place ---- */
@@ -97,7 +94,7 @@ static bool receiver_under(const WaveCells *c, WaveLanding *at, double reach) {
     while (trace_nearest(c->run->trace, &ray, &hit)) {
         double facing = v3_dot(hit.ng, at->normal);
         bool same = wave_same_receiver(wave_receiver(c->run->scene, hit.object), at->receiver);
-        if (same && fabs(facing) >= FACING_COSINE) {
+        if (same && fabs(facing) >= WAVE_FACING_COSINE) {
             at->position = hit.position;
             at->normal = facing < 0 ? v3_neg(hit.ng) : hit.ng;
             at->object = hit.object;
@@ -138,7 +135,7 @@ static Drawn drawn_at(const WaveCells *c, const WaveClaim *claim, double u, doub
     wave_set_plane(c->run->scene, (const WaveLanding *const *)l, &t);
     d.shown = d.at.shown && wave_project(c->view, d.at.position, &x, &y) &&
               wave_shows(c->view, &t, x, y, &d.at.object);
-    if (c->seen) d.seen = receiver_under(c, &d.at, (double)t.reach + PLANE_OFF * d.extent);
+    if (c->seen) d.seen = receiver_under(c, &d.at, (double)t.reach + WAVE_PLANE_OFF * d.extent);
     return d;
 }
 

@@ -10,8 +10,6 @@
 /* A triangle of less area than this part of a pixel's footprint is gathered by a kernel, as a photon: few eye
  * points would lie in it, and those would be too bright. */
 #define LOOKUP_AREA 0.1
-/* How far off a flat triangle its receiver may be, in pixels: a step that moves its light by less. */
-#define FLAT_OFF 0.1
 
 /* Eye points of a band of pixel rows under a tree. */
 typedef struct Band {
@@ -107,7 +105,7 @@ bool wave_seen_triangle(
     *out = (WaveSeenTriangle){.normal = n,
         .plane = v3_dot(n, center),
         .irradiance = rgb_scale(flux, 1 / area),
-        .reach = extent * (sqrt(fmax(0, 2 - 2 * cosine)) + 1e-3) + FLAT_OFF * footprint,
+        .reach = extent * (sqrt(fmax(0, 2 - 2 * cosine)) + WAVE_PLANE_OFF) + WAVE_FLAT_OFF * footprint,
         .center = center,
         .radius = fmax(v3_length(v3_sub(l[0]->position, center)),
             fmax(v3_length(v3_sub(l[1]->position, center)), v3_length(v3_sub(l[2]->position, center)))),
