@@ -65,6 +65,26 @@ def ball_irradiance(n, depth, edges, samples=20000, turns=256):
     return flux / np.outer(np.diff(edges), np.diff(edges))
 
 
+def ball_rings(n, depth, radii, inside=range(30), samples=1000000):
+    """Mean irradiance in rings of the plane z = -depth below a ball of radius 1, per irradiance of the parallel light from
+    straight above: what the ball mirrors outside, and what leaves it after each number of reflections inside. Directions
+    and places are polar angles from the top, in the plane of the ray."""
+    b = np.sqrt(midpoints(0, 1, samples))
+    i, r = np.arcsin(b), np.arcsin(b / n)
+    mirrored = fresnel(np.sqrt(1 - b**2), n)
+    paths = [(i, 2 * i, mirrored)]
+    for k in inside:
+        paths.append((i + (k + 1) * (np.pi - 2 * r), np.pi + 2 * (i - r) + k * (np.pi - 2 * r), (1 - mirrored) ** 2 * mirrored**k))
+    flux = np.zeros(len(radii) - 1)
+    for place, way, share in paths:
+        down = -np.cos(way)
+        with np.errstate(divide="ignore"):
+            along = (depth + np.cos(place)) / down
+        lands = np.abs(np.sin(place) + along * np.sin(way))
+        flux += np.histogram(lands[down > 0], bins=radii, weights=share[down > 0])[0] * np.pi / samples
+    return flux / (np.pi * np.diff(np.square(radii)))
+
+
 def nephroid(t):
     """Envelope of light along +x in a mirror circle of radius 1, reflected at (cos t, sin t)."""
     return np.cos(t) - 0.5 * np.cos(t) * np.cos(2 * t), np.sin(t) - 0.5 * np.cos(t) * np.sin(2 * t)

@@ -7,7 +7,7 @@ import os
 import numpy as np
 
 import truth
-from rig import FOLDER, Check, ball, down_camera, over_seeds, plane, run, scene, sun
+from rig import FOLDER, Check, ball, blocks, down_camera, over_seeds, plane, run, scene, sun
 
 RAYS = int(2e4 * float(os.environ.get("EFFORT", "1")))
 SEEDS = range(1, 6)
@@ -67,8 +67,32 @@ def rings(check):
         check.close(f"ball lens, {name}", figure, float(exact[ring == i].mean()), 0.004 * exact[ring == i].mean(), 0.01)
 
 
+def round_and_round(check):
+    """Wide rings of the plane below a ball. A hundredth of their light has gone round inside at grazing angles, and lost
+    little at each of many reflections: roulette by their number would all but never find it."""
+    edges, size = np.array([1.4, 2, 3]), 60
+    limits = {"total": 64, "diffuse": 4, "glossy": 64, "transmission": 64}
+    s = scene(down_camera(0, 0, -1.02, 6, [size, size]), [plane("Floor", [8, 8], [0, 0, -1.05]), ball("Ball", 1, [0, 0, 0])],
+              [sun([0, 0, -1])], limits)
+    fine = np.linspace(1.2, 5, 400)
+    at = (np.arange(4 * size) + 0.5) / (4 * size) * 6 - 3
+    exact = np.interp(np.hypot(*np.meshgrid(at, at)), (fine[1:] + fine[:-1]) / 2, truth.ball_rings(1.5, 1.05, fine))
+    exact = blocks(exact[:, :, None], 4)[:, :, 0]
+    at = (np.arange(size) + 0.5) / size * 6 - 3
+    ring = np.digitize(np.hypot(*np.meshgrid(at, at)), edges) - 1
+
+    def measure(seed):
+        e = green(s, seed, 5 * RAYS)
+        return {f"ring {edges[i]:g} to {edges[i + 1]:g}": e[ring == i].mean() for i in range(2)}
+
+    for i, (name, figure) in enumerate(over_seeds(SEEDS, measure).items()):
+        e = float(exact[ring == i].mean())
+        check.close(f"ball, light from inside, {name}", figure, e, 0.002 * e, 0.005)
+
+
 if __name__ == "__main__":
     found = Check()
     gaps(found)
     rings(found)
+    round_and_round(found)
     found.end()

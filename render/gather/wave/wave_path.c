@@ -5,13 +5,17 @@
 #include "core/checked.h"
 #include "core/rng.h"
 
-/* A path is followed for certain through its first partial reflection; the next survives with probability
- * REFLECT_KEEP, each further one with that much less than the one before: partial reflections weaken light
- * faster still, and a body of many interfaces would have thousands of paths. The decision is the path's own,
- * the same for every ray of a replica, so that neighbouring rays still agree; a cut by throughput would draw
- * false borders across the map. */
+/* What a partial reflection sends on is followed for certain while it is this share of the light at the
+ * start; below, with probability in proportion (Russian roulette: Arvo and Kirk 1990), and then weighs as
+ * much as that share. A body of many interfaces would have thousands of paths, and a probability by the
+ * number of reflections would all but never find light that goes round at grazing angles, where each
+ * reflection loses little. */
+#define REFLECT_SHARE 0.03
+/* The chance is a wave over the front, with so many cells from crest to crest, that each replica and path
+ * shifts and turns anew: neighbouring rays agree but at its borders, and every replica has each path in part,
+ * not the whole of it now and then. */
+#define REFLECT_PERIOD 48.0
 enum { STACK = 64 };
-#define REFLECT_KEEP 0.25
 
 /* Below this share of the light at the start a path is dropped, and counted. */
 #define SHARE_MIN 1e-7
@@ -26,7 +30,7 @@ typedef struct Branch {
     Chain chain, first;
     uint64_t path;
     unsigned left_visible;
-    int depth, reflections;
+    int depth;
     bool met; /* the caster */
 } Branch;
 
@@ -34,8 +38,8 @@ typedef struct Walk {
     const WaveRun *run;
     const WaveFront *front;
     WaveLandings *landings;
-    FluxAccount *account; /* NULL: not counted */
-    double area, start;   /* start: largest channel of the light's weight */
+    FluxAccount *account;     /* NULL: not counted */
+    double u, v, area, start; /* start: largest channel of the light's weight */
     Branch stack[STACK];
     int count;
     bool any; /* the caster was met */
@@ -107,9 +111,15 @@ static bool receives(const Branch *b, const Object *o) {
 
 /* ---- going on ---- */
 
-/* The path's own decision, the same for all rays of a replica. */
-static bool survives(const Walk *w, uint64_t path, double keep) {
-    return rng_unit(rng_combine(rng_combine(w->run->key, w->run->pass), path)) < keep;
+/* Uniform in [0, 1) over replicas, and over the front in each; see REFLECT_PERIOD. */
+static double chance_of(const Walk *w, uint64_t path) {
+    const WaveFront *f = w->front;
+    uint64_t key = rng_combine(rng_combine(w->run->key, w->run->pass), path);
+    double turn = 2 * CAU_PI * rng_unit(rng_combine(key, 1));
+    double x = (w->u - f->lo[0]) / (f->hi[0] - f->lo[0]) * f->n[0],
+           y = (w->v - f->lo[1]) / (f->hi[1] - f->lo[1]) * f->n[1];
+    double phase = rng_unit(key) + (x * cos(turn) + y * sin(turn)) / REFLECT_PERIOD;
+    return phase - floor(phase);
 }
 
 /* How a branch leaves a surface. */
@@ -148,14 +158,13 @@ static void push(Walk *w, Branch *b, const Hit *hit, const ShadingFrame *frame, 
             return;
         }
     }
-    double keep = 1;
-    if (way->partial) keep = pow(REFLECT_KEEP, next.reflections++);
+    double keep = way->partial ? fmin(1, rgb_max(next.flux) / (REFLECT_SHARE * w->start)) : 1;
     if (next.depth > PHOTONS_WAVE_DEPTH) { /* estimator P's, in its account */
         TALLY(w, emitted, rgb_scale(next.flux, -1));
         return;
     }
     bool lost = rgb_max(next.flux) < SHARE_MIN * w->start || w->count == STACK;
-    if (lost || (keep < 1 && !survives(w, next.path, keep))) {
+    if (lost || (keep < 1 && chance_of(w, next.path) >= keep)) {
         TALLY(w, dropped, next.flux);
         return;
     }
@@ -253,7 +262,8 @@ static void surface(Walk *w, Branch *b, const Hit *hit) {
 
 WaveCorner wave_corner(const WaveRun *run, const WaveFront *front, double u, double v, double area,
     WaveLandings *landings, FluxAccount *account) {
-    Walk w = {.run = run, .front = front, .landings = landings, .account = account, .area = area};
+    Walk w = {
+        .run = run, .front = front, .landings = landings, .account = account, .u = u, .v = v, .area = area};
     WaveCorner corner = {u, v, (uint32_t)landings->count, 0, rgb_grey(0)};
     Rgb weight;
     Ray ray = wave_front_ray(front, u, v, &weight);

@@ -11,7 +11,7 @@
 #include <string.h>
 
 /* What is left over becomes one photon for certain above this share, below it with less probability. */
-#define PHOTON_SHARE 0.02
+#define PHOTON_SHARE 0.05
 /* Share of the triangles in which a ray looks for what their corners do not tell. */
 #define LOOK_CHANCE (1.0 / 16)
 /* Light that is moved by less than this part of a pixel, or of the landed triangle, stays where it is: that a
@@ -167,7 +167,6 @@ static void put_moved(WaveCells *c, const WaveLanding *found, const WaveClaim *c
 
 static void put_difference(WaveCells *c, const WaveCorner *ray, const Share *share) {
     const WaveLanding *found = &c->landings.items[ray->first];
-    const Share whole = {share->scale, 0, share->rng};
     bool met[WAVE_CLAIMED_MAX] = {false};
     for (uint32_t i = 0; i < ray->count; i++) {
         const WaveClaim *claim = wave_claimed(c, found[i].path);
@@ -176,8 +175,8 @@ static void put_difference(WaveCells *c, const WaveCorner *ray, const Share *sha
             put_moved(c, &found[i], claim, ray, share);
             continue;
         }
-        put_shown(c, &found[i], found[i].weight, &whole, false);
-        if (c->seen) put_seen(c, &found[i], found[i].weight, &whole);
+        put_shown(c, &found[i], found[i].weight, share, false);
+        if (c->seen) put_seen(c, &found[i], found[i].weight, share);
     }
     for (size_t i = 0; i < c->claim_count; i++) {
         if (met[i]) continue;
