@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
- *  The state of a render, shared by render.c (API and thread), render_passes.c, render_kernels.c and
- *  render_probe.c. Only these carry a value from one pass to the next. */
+ *  The state of a render, shared by render.c (API and thread), render_passes.c, render_kernels.c,
+ *  render_waves.c and render_probe.c. Only these carry a value from one pass to the next. */
 #ifndef RENDER_RENDER_INTERNAL_H
 #define RENDER_RENDER_INTERNAL_H
 

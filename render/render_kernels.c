@@ -86,8 +86,8 @@ cau_result render_make_kernels(cau_render *r, CauError *err) {
             double radius = kernels_follow_wave(r, g, kind) ? RADIUS_BESIDE_WAVE
                             : kind                          ? RADIUS_INDIRECT
                                                             : RADIUS_DIRECT;
-            CAU_TRY(bandwidth_create(
-                &r->groups[g].kernels[kind], r->scene.camera.width, r->scene.camera.height, radius, err));
+            CAU_TRY(bandwidth_create(&r->groups[g].kernels[kind], r->scene.camera.width,
+                r->scene.camera.height, radius, kernels_follow_wave(r, g, kind), err));
         }
     return CAU_OK;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
- *  What a pass works on, shared by render_passes.c (the loop) and render_kernels.c (how wide kernels are). */
+ *  What a pass works on, shared by render_passes.c (the loop), render_kernels.c (how wide kernels are) and
+ *  render_waves.c (estimator W). */
 #ifndef RENDER_RENDER_PASS_STATE_H
 #define RENDER_RENDER_PASS_STATE_H
 
@@ -11,12 +12,19 @@ typedef struct PastError {
     double passes, error;
 } PastError;
 
+/* What a pass that checks estimator W works with; empty where there is none. */
+typedef struct WaveCheck {
+    double *bias;     /* [pixel] mean of the channels, of one group's lights */
+    double *coarse;   /* [pixel][3] */
+    DepositList rest; /* of one drawing */
+} WaveCheck;
+
 typedef struct PassState {
     cau_render *r;
     EyePoints points, trial_points; /* the latter are the first pass's alone */
     SupportRows supports;
-    double wave_radius; /* of estimator W's photons in this pass, in footprints */
     KernelImages kernels;
+    WaveCheck waves;
     PastError past[2];
     bool learning; /* the first pass is made for what it teaches alone */
     DepositList deposits;
@@ -31,6 +39,17 @@ typedef struct PassState {
 static inline size_t picture_values(const cau_render *r) {
     return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
 }
+
+/** Makes what a check of estimator W works with. */
+cau_result waves_prepare(PassState *s, CauError *err);
+void waves_free(PassState *s);
+/** Whether the pass at hand checks it. */
+bool waves_check(const PassState *s);
+/** Before the lights of a group. */
+void waves_clear(PassState *s);
+/** One replica of a light's wavefronts, added to the images; what it leaves to photons joins the deposits,
+ * but in a pass that checks: there it is gathered at once. */
+cau_result waves_draw(PassState *s, size_t light, RenderGroup *group, const GatherRun *gather, CauError *err);
 
 /** Makes what kernels say in a pass. */
 cau_result kernels_prepare(PassState *s, CauError *err);

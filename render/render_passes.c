@@ -9,21 +9,12 @@
  * / 2 with alpha = 2/3 (Knaus and Zwicker 2011), without a floor. */
 #define RADIUS_EXPONENT (-1.0 / 6)
 #define RADIUS_PHOTONS 131072.0
-/* Of estimator W's photons. */
-#define RADIUS_WAVE 2.0
 /* Of the eye paths, that kernels are tried on. */
 #define TRIAL_SHARE 0.25
 /* Share of an indirect run's photons that start towards any surface; the others start towards the casters. */
 #define INDIRECT_SHARE 0.5
 
 enum { EYE_SAMPLES_MAX = 16, EYE_SAMPLES_BUSY = 32 };
-
-/* Cells along an edge of a wavefront that has a place on a light of its own; replicas expected of a render
- * without a limit. */
-#define WAVE_CELLS 48.0
-/* Places on a light per square root of the rays at least: error by places and by cells stay in balance. */
-#define WAVE_PLACES 0.03
-#define WAVE_PASSES 8.0
 
 /* Powers of the passes with which an error may fall. */
 #define EXPONENT_MIN 0.2
@@ -37,47 +28,6 @@ bool render_has_layers(const cau_render *r) {
 }
 
 /* ---- photons ---- */
-
-static void images_clear(PassState *s) {
-    size_t values = picture_values(s->r);
-    memset(s->images.radiance, 0, values * sizeof(double));
-    kernels_clear(s);
-    if (s->images.seen) memset(s->images.seen, 0, values * sizeof(double));
-    if (s->images.irradiance) memset(s->images.irradiance, 0, values * sizeof(double));
-    if (s->images.coverage) memset(s->images.coverage, 0, values / 3 * sizeof(double));
-}
-
-/* One replica of a light's wavefronts; what it leaves to photons joins the deposits.
- * The gather that follows adds to what W has drawn. */
-static cau_result light_wave(
-    PassState *s, const Light *l, const LightPlan *plan, RenderGroup *group, CauError *err) {
-    cau_render *r = s->r;
-    if (!s->images.add) images_clear(s);
-    s->images.add = true;
-    double casters = 0, places = plan->places, rays = r->photons_per_pass,
-           passes = r->passes_wanted ? (double)r->passes_wanted : WAVE_PASSES;
-    for (size_t o = 0; o < r->scene.object_count; o++) casters += square(plan->share[o]);
-    casters = 1 / casters; /* as many as would share the rays evenly */
-    if (!l->delta) places = fmax(places, WAVE_PLACES * sqrt(rays * passes / casters));
-    WaveRun run = {.scene = &r->scene,
-        .trace = r->trace,
-        .casters = &r->casters,
-        .light = l,
-        .waved = r->waved,
-        .bent = r->bent.objects ? &r->bent : NULL,
-        .share = plan->share,
-        .physical = r->options.physical_radiance,
-        .points = &s->points,
-        .y0 = r->region[1],
-        .y1 = r->region[3],
-        .key = rng_combine(s->key, l->stream),
-        .pass = (uint32_t)r->pass,
-        .rays = r->photons_per_pass,
-        .radius_pixels = s->wave_radius,
-        .places = (uint32_t)clamp(ceil(places / passes), 1, fmax(1, rays / casters / square(WAVE_CELLS))),
-        .cancel = &r->cancel};
-    return wave_pass(&run, r->view, r->pool, &s->images, &s->deposits, &group->wave_account, err);
-}
 
 /* One light's pass of one layer, added to the group's pass image. */
 static cau_result light_pass(PassState *s, size_t light, int kind, const GatherRun *gather, CauError *err) {
@@ -102,7 +52,7 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
     s->deposits.count = 0;
     if (run.photons || run.bent_photons)
         CAU_TRY(photons_trace(&run, r->pool, &s->deposits, &group->accounts[kind], err));
-    if (!kind && plan->wave) CAU_TRY(light_wave(s, l, plan, group, err));
+    if (!kind && plan->wave) CAU_TRY(waves_draw(s, light, group, gather, err));
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
     if (!group->kernels[kind].tried && !s->images.add) CAU_TRY(kernels_try(s, group, kind, gather, err));
     return gather_photons(gather, &s->supports, &s->tree, r->pool, &s->images, err);
@@ -111,6 +61,7 @@ static cau_result light_pass(PassState *s, size_t light, int kind, const GatherR
 static void add_to_films(PassState *s, RenderGroup *group, int kind) {
     film_add(&group->films[kind], s->images.radiance);
     film_add(&group->kernels[kind].bias, s->kernels.bias);
+    if (!kind && waves_check(s)) film_add(&group->kernels[0].waves, s->waves.bias);
     if (kind || !s->images.irradiance) return;
     film_add(group->seen, s->images.seen);
     film_add(group->irradiance, s->images.irradiance);
@@ -120,6 +71,7 @@ static void add_to_films(PassState *s, RenderGroup *group, int kind) {
 static cau_result group_lights(PassState *s, size_t g, int kind, const GatherRun *gather, CauError *err) {
     cau_render *r = s->r;
     s->images.add = false;
+    waves_clear(s);
     for (size_t i = 0; i < r->scene.light_count; i++) {
         const LightPlan *plan = &r->plan.lights[i];
         if (r->group_of_light[i] != g || !(kind ? plan->indirect : plan->direct)) continue;
@@ -203,7 +155,6 @@ static cau_result photon_pass(PassState *s, CauError *err) {
     CAU_TRY(eye_trace(&eye, r->pool, &s->points, err));
     double photons = (double)(r->pass + 1) * r->photons_per_pass;
     double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
-    s->wave_radius = RADIUS_WAVE * fmin(shrink, 1);
     for (int kind = 0; kind < 2; kind++)
         for (size_t g = 0; g < r->group_count; g++)
             /* A render that was stopped within a pass goes on with those who lack it. */
@@ -332,8 +283,9 @@ static cau_result images_prepare(PassState *s, CauError *err) {
         s->images.coverage = array_new(values / 3, sizeof(double));
         ok = ok && s->images.seen && s->images.irradiance && s->images.coverage;
     }
-    return ok ? kernels_prepare(s, err)
-              : error_set(err, CAU_ERROR_RESOURCE, "out of memory for a pass of %zu pixels", values / 3);
+    if (!ok) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for a pass of %zu pixels", values / 3);
+    CAU_TRY(kernels_prepare(s, err));
+    return waves_prepare(s, err);
 }
 
 static void state_free(PassState *s) {
@@ -344,6 +296,7 @@ static void state_free(PassState *s) {
     photon_tree_free(&s->tree);
     free(s->images.radiance);
     kernels_free(s);
+    waves_free(s);
     free(s->images.seen);
     free(s->images.irradiance);
     free(s->images.coverage);

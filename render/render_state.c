@@ -10,7 +10,7 @@
 #include <stdio.h>
 
 enum { IDENTITY_MAX = 2048, BLOCK = 1024, SHOWN_MAX = 60 };
-static const char state_magic[8] = "CAUSTAT2";
+static const char state_magic[8] = "CAUSTAT3";
 #define STATE_BYTE_ORDER 0x0102030405060708u
 /* No kernel is ever scaled beyond this; a state that says so is damaged. */
 #define SCALE_MAX 1024.0
@@ -57,7 +57,7 @@ static cau_result walk_state(cau_render *r, StateVisit visit, void *data) {
     for (size_t i = 0; i < r->group_count; i++) {
         RenderGroup *g = &r->groups[i];
         Film *films[] = {&g->films[0], &g->films[1], g->seen, g->irradiance, g->coverage, &g->kernels[0].bias,
-            &g->kernels[1].bias};
+            &g->kernels[1].bias, &g->kernels[0].waves};
         for (size_t f = 0; f < sizeof films / sizeof *films; f++) CAU_TRY(walk_film(films[f], visit, data));
         CAU_TRY(visit(data, &(StateItem){STATE_SCALE, g->radius_scale, NULL, 2}));
         FluxAccount *accounts[] = {

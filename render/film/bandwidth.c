@@ -22,18 +22,20 @@
 #define CHANGE_MIN 0.5
 #define CHANGE_MAX 1.6
 
-cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, CauError *err) {
+cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, bool waves, CauError *err) {
     size_t pixels = (size_t)width * (size_t)height;
     *out = (Bandwidth){.width = width, .height = height, .radius = array_new(pixels, sizeof(float))};
     if (!out->radius)
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the kernels of %zu pixels", pixels);
     for (size_t i = 0; i < pixels; i++) out->radius[i] = (float)radius;
+    if (waves) CAU_TRY(film_create(&out->waves, pixels, 1, err));
     return film_create(&out->bias, pixels, 3, err);
 }
 
 void bandwidth_free(Bandwidth *b) {
     free(b->radius);
     film_free(&b->bias);
+    film_free(&b->waves);
     *b = (Bandwidth){0};
 }
 
@@ -109,10 +111,14 @@ static void choose(Bandwidth *b, const Sums *s, const double *cost, double shrin
 double bandwidth_bias2(const Film *bias, size_t pixel) {
     if (bias->passes < 2) return 0;
     double n = (double)bias->passes, sum = 0;
-    for (size_t c = 3 * pixel; c < 3 * pixel + 3; c++)
+    for (size_t c = bias->channels * pixel; c < bias->channels * (pixel + 1); c++)
         sum += square(bias->sum[c] + (double)bias->sum_low[c]) -
                (bias->square_sum[c] + (double)bias->square_low[c]);
-    return sum / (3 * n * (n - 1));
+    return sum / (bias->channels * n * (n - 1));
+}
+
+static double all_bias2(const Bandwidth *b, size_t pixel) {
+    return bandwidth_bias2(&b->bias, pixel) + bandwidth_bias2(&b->waves, pixel);
 }
 
 double bandwidth_bias(const Bandwidth *b, size_t pixel) {
@@ -122,7 +128,7 @@ double bandwidth_bias(const Bandwidth *b, size_t pixel) {
     for (int v = y - HALF; v <= y + HALF; v++)
         for (int u = x - HALF; u <= x + HALF; u++) {
             if (u < 0 || v < 0 || u >= b->width || v >= b->height) continue;
-            sum += bandwidth_bias2(&b->bias, (size_t)v * (size_t)b->width + (size_t)u);
+            sum += all_bias2(b, (size_t)v * (size_t)b->width + (size_t)u);
             count++;
         }
     return sqrt(fmax(0, sum / count));
@@ -131,7 +137,7 @@ double bandwidth_bias(const Bandwidth *b, size_t pixel) {
 double bandwidth_mean_bias2(const Bandwidth *b) {
     size_t pixels = (size_t)b->width * (size_t)b->height;
     double sum = 0;
-    for (size_t i = 0; i < pixels; i++) sum += bandwidth_bias2(&b->bias, i);
+    for (size_t i = 0; i < pixels; i++) sum += all_bias2(b, i);
     return pixels ? fmax(0, sum / (double)pixels) : 0;
 }
 

@@ -20,10 +20,12 @@ typedef struct Bandwidth {
     int width, height;
     float *radius; /**< [height * width] when RADIUS_PHOTONS photons are there, in pixel footprints */
     Film bias;     /**< of the passes: see KernelImages */
+    Film waves;    /**< 1 channel, where estimator W draws: its bias, of the passes that check it */
     bool tried;    /**< the radii were learned */
 } Bandwidth;
 
-cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, CauError *err);
+/** `waves`: estimator W draws a part of the layer. */
+cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, bool waves, CauError *err);
 void bandwidth_free(Bandwidth *b);
 double bandwidth_mean_radius(const Bandwidth *b);
 
@@ -33,12 +35,12 @@ double bandwidth_mean_radius(const Bandwidth *b);
 cau_result bandwidth_learn(Bandwidth *b, const Film *film, const Film *bias, const double *cost,
     double shrink, double most, CauError *err);
 
-/** Squared bias of the mean over the passes at a pixel, mean of the channels: without bias its expectation is
- * 0, so it may be negative. 0 with fewer than 2 passes. */
+/** Squared bias of the mean over the passes at a pixel, mean of the channels, from their estimates of it:
+ * without bias its expectation is 0, so it may be negative. 0 with fewer than 2 passes. */
 double bandwidth_bias2(const Film *bias, size_t pixel);
 
-/** Size of the bias around a pixel: root of the mean of the 5 x 5 squares around it, 0 where that is
- * negative. */
+/** Size of the bias around a pixel, of kernels and wavefronts: root of the mean of the 5 x 5 squares around
+ * it, 0 where that is negative. */
 double bandwidth_bias(const Bandwidth *b, size_t pixel);
 
 /** Mean of the squared bias over the picture, at least 0. */

@@ -240,7 +240,7 @@ static void learned_radius_balances_noise_and_bias(void **state) {
     CauError err = {0};
     Bandwidth b;
     Film film, *bias_film = &b.bias;
-    assert_int_equal(bandwidth_create(&b, W, H, radius, &err), CAU_OK);
+    assert_int_equal(bandwidth_create(&b, W, H, radius, false, &err), CAU_OK);
     assert_int_equal(film_create(&film, (size_t)W * H, 3, &err), CAU_OK);
     double *pass = calloc(3 * W * H, sizeof *pass), *said = calloc(3 * W * H, sizeof *said),
            *cost = calloc(W * H, sizeof *cost);
