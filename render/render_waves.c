@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Estimator W's part of a pass, and what it says of its own bias: some passes draw it a second time, coarser. */
+/* Estimator W's part of a pass, and what it says of its own bias: some passes draw it a second time, coarser.
+ */
 #include "render/render_pass_state.h"
 
 #include "core/checked.h"
@@ -18,7 +19,8 @@
  * length, so what they differ by is three times the bias (Richardson 1911). */
 #define COARSE_RAYS 0.25
 #define COARSE_BIAS (1.0 / 3)
-/* Of the first passes every second one is checked, so that short renders know something; then every fourth. */
+/* Of the first passes every second one is checked, so that short renders know something; then every fourth.
+ */
 enum { CHECK_FIRST = 4, CHECK_EVERY = 4 };
 
 bool waves_check(const PassState *s) {

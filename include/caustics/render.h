@@ -27,7 +27,7 @@ enum {
     CAU_WANT_IRRADIANCE = 4, /**< _E at receivers the camera hits first, and _S of what is seen otherwise */
     CAU_WANT_ERROR = 8,      /**< standard error per pixel */
     CAU_WANT_BEAUTY = 16,    /**< estimator R only: what Cycles renders with caustics off */
-    CAU_WANT_BIAS = 32       /**< size of the bias of estimator P's kernels per pixel */
+    CAU_WANT_BIAS = 32       /**< size of the bias per pixel, of P's kernels and W's triangles */
 };
 enum { CAU_SHARDS_MAX = 65536 };
 enum { CAU_INDIRECT_AUTO = 0, CAU_INDIRECT_ON = 1, CAU_INDIRECT_OFF = 2 };
@@ -140,11 +140,11 @@ typedef struct cau_light_report {
     double mean_direct, mean_indirect;   /**< mean of the pixels' channels */
     cau_flux direct, indirect;           /**< of photons that start at the lamp */
     cau_flux direct_bent, indirect_bent; /**< of those that start where Cycles bends a normal; 0: none do */
-    double bias_direct, bias_indirect;   /**< the kernels' part of the relative error; < 0: not rendered */
+    double bias_direct, bias_indirect;   /**< the bias in the relative error; < 0: not rendered */
 } cau_light_report;
 CAU_API size_t cau_render_light_count(const cau_render *render);
 CAU_API cau_light_report cau_render_light(const cau_render *render, size_t index);
-/** Root mean square error (noise, and bias of estimator P's kernels) over root mean square of the sum of all
+/** Root mean square error (noise and bias) over root mean square of the sum of all
  *  layers; < 0: not known. */
 CAU_API double cau_render_error(const cau_render *render);
 /** Warnings about the scene, one sentence each; NULL past the last. */

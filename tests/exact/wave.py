@@ -7,7 +7,7 @@ import os
 import numpy as np
 
 import truth
-from rig import FOLDER, Check, ball, blocks, down_camera, over_seeds, plane, run, scene, sun
+from rig import FOLDER, Check, Figure, ball, blocks, down_camera, look_camera, over_seeds, plane, run, scene, sun
 
 RAYS = int(2e4 * float(os.environ.get("EFFORT", "1")))
 SEEDS = range(1, 6)
@@ -48,6 +48,21 @@ def gaps(check):
             check.close(f"loose tiles, {words}, {pixels} pixels, mean", figures["mean"], 1.0, 0.5 * sharp, sharp)
 
 
+def thin_wall(check):
+    """A wall without thickness on the floor, in slanting light, seen from its dark side: the floor there stays dark up to
+    the wall's foot, though triangles of light on the far side lie in the same pixels. By a filter with subpixels and by
+    one without."""
+    for kind in ("box", "blackman_harris"):
+        wall = plane("Wall", [1, 4], [0, 0, 0.5], rotation=[0, 90, 0])
+        camera = {**look_camera([1.53, 0, 2], [0.03, 0, 0], 2, [11, 11]), "filter": {"type": kind, "width": 1}}
+        s = scene(camera, [plane("Floor", [4, 4], [0, 0, 0]), wall, plane("Sheet", [3, 3], [-1.5, 0, 3], "air")],
+                  [sun([1, 0, -2])])
+        pictures = np.array([green(s, seed, 10 * RAYS) for seed in SEEDS[:3]])
+        foot = np.abs(pictures[:, 3:6]).max()
+        check.that(foot < 1e-3, f"thin wall, {kind}: {foot:.1e} of the light behind it shows on it and at its foot (1e-3)")
+        check.close(f"thin wall, {kind}, beyond its shadow", Figure(pictures[:, 9].mean(axis=1)), 2 / math.sqrt(5), 0.0005, 0.0005)
+
+
 def rings(check):
     """The faint rings beyond the fold of a ball lens, on a plane just below it: less than a cell of the grid sends
     their light, through the ball's rim, over a wide stretch of the plane."""
@@ -82,7 +97,7 @@ def round_and_round(check):
     ring = np.digitize(np.hypot(*np.meshgrid(at, at)), edges) - 1
 
     def measure(seed):
-        e = green(s, seed, 5 * RAYS)
+        e = green(s, seed, 3 * RAYS)
         return {f"ring {edges[i]:g} to {edges[i + 1]:g}": e[ring == i].mean() for i in range(2)}
 
     for i, (name, figure) in enumerate(over_seeds(SEEDS, measure).items()):
@@ -93,6 +108,7 @@ def round_and_round(check):
 if __name__ == "__main__":
     found = Check()
     gaps(found)
+    thin_wall(found)
     rings(found)
     round_and_round(found)
     found.end()

@@ -32,12 +32,15 @@ Ray wave_front_ray(const WaveFront *front, double u, double v, Rgb *weight);
 
 /* ---- receivers ---- */
 
-/** What tells receivers apart: twice the object, and 1 more on one that takes all light alike. Those are one
- *  sheet wherever they lie in one: tiles and the grout between them. */
+/** What tells receivers apart: four times the object, and 1 more on one that takes all light alike. Those are
+ * one sheet wherever they lie in one: tiles and the grout between them. Of a subpixel WAVE_CONTACT more where
+ *  something stands on the receiver: light on its far side does not show there. */
+enum { WAVE_CONTACT = 2 };
 static inline int wave_receiver(const Scene *scene, int object) {
-    return 2 * object + !scene->materials[scene->objects[object].material].kind->received;
+    return 4 * object + !scene->materials[scene->objects[object].material].kind->received;
 }
-static inline bool wave_same_receiver(int a, int b) { return a == b || (a & b & 1); }
+static inline int wave_object(int receiver) { return receiver / 4; }
+static inline bool wave_same_receiver(int a, int b) { return ((a ^ b) & ~WAVE_CONTACT) == 0 || (a & b & 1); }
 
 /* ---- corners: where a ray's light lands, along every path (wave_path.c) ---- */
 
@@ -239,10 +242,20 @@ void wave_set_plane(const Scene *scene, const WaveLanding *const landings[3], Wa
 
 /** True when drawing the triangle would light what is seen at a raster position (in subpixels), which is of
  *  `object` then; beyond the view it is taken to. */
-bool wave_shows(const WaveView *view, const WaveTriangle *triangle, double x, double y, int *object);
+bool wave_shows(const TraceScene *trace, const WaveView *view, const WaveTriangle *triangle, double x,
+    double y, int *object);
 
 /** True when the camera sees the place, directly or through transparent surfaces. */
 bool wave_view_sees(const WaveView *view, const TraceScene *trace, const WaveLanding *landing);
+
+/** True when nothing stands between what the subpixel sees and its surface at a raster position
+ * (wave_contact.c). */
+bool wave_on_this_side(
+    const TraceScene *trace, const WaveView *view, const WaveSubpixel *subpixel, double x, double y);
+
+/** Sets WAVE_CONTACT of a subpixel, a square of that size around a raster position, when something stands on
+ *  its receiver within it. */
+void wave_mark_contact(WaveView *view, const TraceScene *trace, size_t at, double x, double y, double size);
 
 /** Prepares a photon of that flux for the view: false when nothing of it shows (wave_splat.c). */
 bool wave_splat(const WaveRun *run, const WaveView *view, const WaveLanding *landing, Rgb flux, double turn,

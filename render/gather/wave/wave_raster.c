@@ -15,6 +15,7 @@ enum { POLYGON_MAX = 8, STRIPS_PER_THREAD = 2 };
 #define FLAT_COSINE (1 - 1e-9)
 
 typedef struct Strip {
+    const TraceScene *trace;
     WaveView *view;
     double *row; /* [width + 3] zero: coverage that begins in each column */
     int y0, y1;
@@ -57,27 +58,16 @@ static size_t subpixel_at(const WaveView *v, double px, double py) {
     return wave_block(v, &v->subpixels[at]) + (size_t)(j * v->parts + i);
 }
 
-bool wave_shows(const WaveView *v, const WaveTriangle *t, double x, double y, int *object) {
+bool wave_shows(
+    const TraceScene *trace, const WaveView *v, const WaveTriangle *t, double x, double y, int *object) {
     if (!(x >= 0 && x < v->width && y >= 0 && y < v->height)) return true;
     const WaveSubpixel *p = &v->subpixels[subpixel_at(v, x, y)];
-    if (!shows(p, t)) return false;
-    *object = p->receiver / 2;
+    if (!shows(p, t) || ((p->receiver & WAVE_CONTACT) && !wave_on_this_side(trace, v, p, x, y))) return false;
+    *object = wave_object(p->receiver);
     return true;
 }
 
-/* ---- one subpixel ---- */
-
-/* `covered` is the area of the subpixel under the triangle, `share` that of the triangle over the subpixel.
- */
-static inline void light(WaveView *v, const WaveTriangle *t, size_t at, double covered, double share) {
-    const WaveSubpixel *p = &v->subpixels[at];
-    if (!shows(p, t)) return;
-    double per_flux = t->per_area > 0 ? covered * (double)t->per_area : share * (double)p->per_flux;
-    float *e = &v->irradiance[3 * at];
-    for (int k = 0; k < 3; k++) e[k] += (float)(per_flux * (double)t->flux[k]);
-}
-
-/* ---- the parts of a mixed subpixel ---- */
+/* ---- parts of triangles ---- */
 
 typedef struct Polygon {
     double x[POLYGON_MAX], y[POLYGON_MAX];
@@ -119,6 +109,38 @@ static Polygon cut_between(const Polygon *in, bool by_x, double low, double high
     return cut(&above, by_x, high, -1);
 }
 
+/* ---- one subpixel ---- */
+
+/* A square of the raster. */
+typedef struct Square {
+    double x, y, size;
+} Square;
+
+/* The middle of the triangle's part over a square is on the seen side of what stands there. */
+static bool part_on_this_side(const Strip *s, const WaveTriangle *t, const WaveSubpixel *p, Square square) {
+    Polygon part = {{t->x[0], t->x[1], t->x[2]}, {t->y[0], t->y[1], t->y[2]}, 3};
+    part = cut_between(&part, false, square.y, square.y + square.size);
+    part = cut_between(&part, true, square.x, square.x + square.size);
+    double x = 0, y = 0;
+    for (int i = 0; i < part.count; i++) {
+        x += part.x[i] / part.count;
+        y += part.y[i] / part.count;
+    }
+    return part.count == 0 || wave_on_this_side(s->trace, s->view, p, x, y);
+}
+
+/* `covered` is the area of the subpixel under the triangle, `share` that of the triangle over the subpixel.
+ */
+static inline void light(
+    const Strip *s, const WaveTriangle *t, size_t at, double covered, double share, Square square) {
+    const WaveSubpixel *p = &s->view->subpixels[at];
+    if (!shows(p, t)) return;
+    if ((p->receiver & WAVE_CONTACT) && !part_on_this_side(s, t, p, square)) return;
+    double per_flux = t->per_area > 0 ? covered * (double)t->per_area : share * (double)p->per_flux;
+    float *e = &s->view->irradiance[3 * at];
+    for (int k = 0; k < 3; k++) e[k] += (float)(per_flux * (double)t->flux[k]);
+}
+
 /* Shares the light of subpixel (x, y) out to its parts. */
 static void light_parts(const Strip *s, const WaveTriangle *t, int x, int y, double inverse) {
     WaveView *v = s->view;
@@ -131,7 +153,9 @@ static void light_parts(const Strip *s, const WaveTriangle *t, int x, int y, dou
         for (int i = 0; i < v->parts; i++) {
             Polygon part = cut_between(&row, true, x + i * step, x + (i + 1) * step);
             double area = part.count < 3 ? 0 : 0.5 * fabs(area2(&part));
-            if (area > 0) light(v, t, at + (size_t)(j * v->parts + i), area * whole, area * inverse);
+            if (area > 0)
+                light(s, t, at + (size_t)(j * v->parts + i), area * whole, area * inverse,
+                    (Square){x + i * step, y + j * step, step});
         }
     }
 }
@@ -143,7 +167,7 @@ static void light_one(const Strip *s, const WaveTriangle *t, int x, int y, doubl
     const WaveSubpixel *p = &v->subpixels[at];
     v->lit[y] = 1;
     if (p->receiver != WAVE_MIXED)
-        light(v, t, at, area, 1);
+        light(s, t, at, area, 1, (Square){x, y, 1});
     else
         light_parts(s, t, x, y, 1 / area);
 }
@@ -159,7 +183,7 @@ static void light_point(const Strip *s, const WaveTriangle *t) {
     WaveTriangle point = *t;
     point.per_area = 0;
     v->lit[(int)py] = 1;
-    light(v, &point, subpixel_at(v, px, py), 0, 1);
+    light(s, &point, subpixel_at(v, px, py), 0, 1, (Square){floor(px), floor(py), 1});
 }
 
 /* ---- coverage ---- */
@@ -236,7 +260,7 @@ static void light_row(const Strip *s, const WaveTriangle *t, int y, const double
         if (v->subpixels[at + (size_t)x].receiver == WAVE_MIXED)
             light_parts(s, t, x, y, inverse);
         else
-            light(v, t, at + (size_t)x, covered, covered * inverse);
+            light(s, t, at + (size_t)x, covered, covered * inverse, (Square){x, y, 1});
     }
     s->row[last + 1] = s->row[last + 2] = 0;
 }
@@ -277,8 +301,8 @@ static void draw_strip(void *data, size_t index, unsigned thread) {
     const DrawJob *job = data;
     size_t height = (size_t)job->view->height;
     double *row = job->view->columns + 6 * (size_t)thread * (size_t)job->view->width;
-    Strip s = {
-        job->view, row, (int)(height * index / job->strips), (int)(height * (index + 1) / job->strips)};
+    Strip s = {job->trace, job->view, row, (int)(height * index / job->strips),
+        (int)(height * (index + 1) / job->strips)};
     memset(row, 0, ((size_t)job->view->width + 3) * sizeof *row);
     for (size_t b = 0; b < job->count; b++) {
         const WaveBatch *batch = &job->batches[b];

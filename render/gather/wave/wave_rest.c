@@ -134,7 +134,7 @@ static Drawn drawn_at(const WaveCells *c, const WaveClaim *claim, double u, doub
     WaveTriangle t = {.receiver = d.at.receiver};
     wave_set_plane(c->run->scene, (const WaveLanding *const *)l, &t);
     d.shown = d.at.shown && wave_project(c->view, d.at.position, &x, &y) &&
-              wave_shows(c->view, &t, x, y, &d.at.object);
+              wave_shows(c->run->trace, c->view, &t, x, y, &d.at.object);
     if (c->seen) d.seen = receiver_under(c, &d.at, (double)t.reach + WAVE_PLANE_OFF * d.extent);
     return d;
 }

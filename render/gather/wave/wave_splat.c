@@ -30,7 +30,7 @@ static double kernel_at(const TraceScene *trace, const WaveSplat *s, const WaveS
 
 /* The mean of the kernel over a subpixel, from n x n places. */
 static double kernel_mean(const TraceScene *trace, const WaveSplat *s, const WaveSubpixel *p, int n) {
-    if (s->strays ? p->receiver == WAVE_NOTHING : p->receiver / 2 != s->point.object) return 0;
+    if (s->strays ? p->receiver == WAVE_NOTHING : wave_object(p->receiver) != s->point.object) return 0;
     V3 middle = v3((double)p->position[0], (double)p->position[1], (double)p->position[2]);
     double sum = 0;
     for (int k = 0; k < n * n; k++) {

@@ -184,6 +184,9 @@ static void fill_pixel(const ViewJob *job, int px, int py, const Seen *const row
                                         : on_parabola(row, px + 1, x - 0.5, y - 0.5);
             casts = casts || s.casts;
             put_subpixel(v, at, &s, v->scale);
+            if (sheet == SHEET_NONE)
+                wave_mark_contact(
+                    v, job->run->trace, at, px * v->scale + i + 0.5, py * v->scale + j + 0.5, 1);
         }
     v->casts[(size_t)py * (size_t)(v->width / v->scale) + (size_t)px] = casts;
 }
@@ -227,10 +230,12 @@ static void fill_block(void *data, size_t index, unsigned thread) {
         size_t at = wave_block(v, mixed);
         int x = (int)(v->block[b] % (uint32_t)v->width);
         for (int k = 0; k < v->parts * v->parts; k++) {
-            Seen s = look(v, job->run->trace, v->x0 + x + (k % v->parts + 0.5) / v->parts,
-                v->y0 + (int)index + (k / v->parts + 0.5) / v->parts);
+            double px = x + (k % v->parts + 0.5) / v->parts,
+                   py = (int)index + (k / v->parts + 0.5) / v->parts;
+            Seen s = look(v, job->run->trace, v->x0 + px, v->y0 + py);
             v->casts[v->block[b]] |= s.casts;
             put_subpixel(v, at + (size_t)k, &s, v->parts);
+            wave_mark_contact(v, job->run->trace, at + (size_t)k, px, py, 1.0 / v->parts);
         }
     }
 }
