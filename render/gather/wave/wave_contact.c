@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where something stands on a receiver: a triangle of light on its far side must not light what is seen on the
- * near one, within the same subpixel, through a thin wall. */
+/* Where something stands on a receiver: a triangle of light on its far side must not light what is seen on
+ * the near one, within the same subpixel, through a thin wall. */
 #include "render/gather/wave/wave_internal.h"
 
 /* How far over the surface a ray along it goes, in its lengths. */
@@ -26,7 +26,8 @@ void wave_mark_contact(WaveView *v, const TraceScene *trace, size_t at, double x
     WaveSubpixel *p = &v->subpixels[at];
     if (p->receiver == WAVE_NOTHING) return;
     for (int k = 0; k < 9; k++) {
-        if (k == 4 || wave_on_this_side(trace, v, p, x + (k % 3 - 1) * 0.5 * size, y + (k / 3 - 1) * 0.5 * size))
+        if (k == 4 ||
+            wave_on_this_side(trace, v, p, x + (k % 3 - 1) * 0.5 * size, y + (k / 3 - 1) * 0.5 * size))
             continue;
         p->receiver |= WAVE_CONTACT;
         return;

@@ -58,7 +58,8 @@ static double cover(const TraceScene *trace, const WaveView *v, const WaveSplat 
 }
 
 /* The kernel's integral over all that the view shows of the receiver, so that all of the flux shows. Beyond
- * the view's rim the receiver is taken to go on evenly: `even` is a subpixel's area on it. */
+ * the view's rim the receiver is taken to go on evenly, as far as nothing hides it: `even` is a subpixel's
+ * area on it. */
 static double shown_area(const TraceScene *trace, const WaveView *v, const WaveSplat *s, double even) {
     int top = (int)floor(s->y - s->reach), bottom = (int)ceil(s->y + s->reach);
     int left = (int)floor(s->x - s->reach), right = (int)ceil(s->x + s->reach);
@@ -70,7 +71,11 @@ static double shown_area(const TraceScene *trace, const WaveView *v, const WaveS
                 continue;
             }
             V3 d = v3_mad(v3_scale(s->step[0], x + 0.5 - s->x), y + 0.5 - s->y, s->step[1]);
-            sum += even * positive(1 - v3_dot(d, d) / square(s->support.radius));
+            double kernel = positive(1 - v3_dot(d, d) / square(s->support.radius));
+            if (kernel > 0 && s->support.mixed &&
+                !support_sees(trace, &s->point, &s->support, v3_add(s->point.position, d)))
+                continue;
+            sum += even * kernel;
         }
     return sum;
 }
