@@ -45,7 +45,7 @@ def beyond_r(path):
     def narrow(light):
         if light["type"] == "sun":
             return light.get("angle_deg", 0) < NARROW_SUN_DEG
-        return light.get("radius") == 0
+        return light.get("radius_m", 0) == 0 and light["type"] in ("point", "spot")
 
     with open(path) as file:
         lights = json.load(file)["lights"]
