@@ -5,17 +5,13 @@
 
 /* How far over the surface a ray along it goes, in its lengths. */
 #define LIFT 0.02
-/* A surface seen at less than this cosine: what stands on it is not looked for. */
-#define GRAZING_COSINE 1e-2
 
 bool wave_on_this_side(
     const TraceScene *trace, const WaveView *v, const WaveSubpixel *p, double x, double y) {
-    Ray look = camera_ray(&v->scene->camera, (x + v->x0) / v->scale, (y + v->y0) / v->scale);
     V3 n = v3((double)p->normal[0], (double)p->normal[1], (double)p->normal[2]),
        from = v3((double)p->position[0], (double)p->position[1], (double)p->position[2]);
-    double along = v3_dot(look.dir, n);
-    if (fabs(along) < GRAZING_COSINE) return true;
-    V3 to = v3_mad(look.origin, v3_dot(v3_sub(from, look.origin), n) / along, look.dir), d = v3_sub(to, from);
+    V3 to = wave_seen_at(&v->scene->camera, from, n, (x + v->x0) / v->scale, (y + v->y0) / v->scale),
+       d = v3_sub(to, from);
     double length = v3_length(d);
     if (!(length > 0)) return true;
     Ray ray = ray_from_point(v3_mad(from, LIFT * length, n), v3_scale(d, 1 / length), 0, length, 0);

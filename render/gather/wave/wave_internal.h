@@ -248,6 +248,12 @@ bool wave_shows(const TraceScene *trace, const WaveView *view, const WaveTriangl
 /** True when the camera sees the place, directly or through transparent surfaces. */
 bool wave_view_sees(const WaveView *view, const TraceScene *trace, const WaveLanding *landing);
 
+/** A surface seen at less than this cosine is not resolved within a subpixel. */
+#define WAVE_GRAZING_COSINE 1e-2
+/** Where the camera sees the plane through a point at a raster position in pixels; the point itself where it
+ *  sees the plane at less than that cosine (wave_splat.c). */
+V3 wave_seen_at(const Camera *camera, V3 point, V3 normal, double x, double y);
+
 /** True when nothing stands between what the subpixel sees and its surface at a raster position
  * (wave_contact.c). */
 bool wave_on_this_side(

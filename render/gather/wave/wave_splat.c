@@ -4,15 +4,12 @@
 #include "render/gather/wave/wave_internal.h"
 
 #define MIXED_RADIUS 0.35
-/* A receiver seen at less than this cosine: the kernel is not resolved within a subpixel. */
-#define GRAZING_COSINE 1e-2
 
-/* Where the camera sees the photon's plane through a raster position. */
-static V3 seen_at(const Camera *camera, const WaveLanding *l, double x, double y) {
+V3 wave_seen_at(const Camera *camera, V3 point, V3 normal, double x, double y) {
     Ray ray = camera_ray(camera, x, y);
-    double along = v3_dot(ray.dir, l->normal);
-    if (fabs(along) < GRAZING_COSINE) return l->position;
-    return v3_mad(ray.origin, v3_dot(v3_sub(l->position, ray.origin), l->normal) / along, ray.dir);
+    double along = v3_dot(ray.dir, normal);
+    if (fabs(along) < WAVE_GRAZING_COSINE) return point;
+    return v3_mad(ray.origin, v3_dot(v3_sub(point, ray.origin), normal) / along, ray.dir);
 }
 
 /* The kernel at a place of a subpixel; 0 where it is another surface or hidden from the photon. */
@@ -95,8 +92,8 @@ bool wave_splat(
     for (int k = 0; k < 2; k++) {
         double x = k ? 0 : half, y = k ? half : 0;
         const Camera *camera = &view->scene->camera;
-        out->step[k] =
-            v3_sub(seen_at(camera, l, seen.x + x, seen.y + y), seen_at(camera, l, seen.x - x, seen.y - y));
+        out->step[k] = v3_sub(wave_seen_at(camera, l->position, l->normal, seen.x + x, seen.y + y),
+            wave_seen_at(camera, l->position, l->normal, seen.x - x, seen.y - y));
     }
     out->point = (EyePoint){.position = l->position,
         .ng = {(float)l->normal.x, (float)l->normal.y, (float)l->normal.z},
@@ -108,7 +105,7 @@ bool wave_splat(
         support_find(run->trace, &out->point, MIXED_RADIUS * radius, &out->support);
         out->reach = MIXED_RADIUS * run->radius_pixels * view->scale + 1;
     }
-    double facing = fmax(fabs(v3_dot(seen.to_camera, l->normal)), GRAZING_COSINE);
+    double facing = fmax(fabs(v3_dot(seen.to_camera, l->normal)), WAVE_GRAZING_COSINE);
     double even = 1 / (seen.raster_per_area * facing * view->scale * view->scale);
     out->strays = false;
     double area = shown_area(run->trace, view, out, even);
