@@ -100,7 +100,7 @@ typedef struct Near {
 } Near;
 
 static void sort_out(const NearTriangle *found, size_t count, const Plane *plane, const EyePoint *point,
-    double facing, double r, Near *near) {
+    double facing, double r, bool carries, Near *near) {
     for (size_t i = 0; i < count; i++) {
         const NearTriangle *f = &found[i];
         if (f->exact) { /* an exact surface has no triangles: its own disk counts as full */
@@ -123,7 +123,7 @@ static void sort_out(const NearTriangle *found, size_t count, const Plane *plane
             continue;
         }
         double top = fmax(p.corner[0].z, fmax(p.corner[1].z, p.corner[2].z));
-        if (top > 1e-3 * r) near->blockers = true;
+        if (top > 1e-3 * r || (carries && f->object != point->object)) near->blockers = true;
     }
 }
 
@@ -197,6 +197,8 @@ static void probe_integral(
         double x = d * cos(angle), y = d * sin(angle);
         V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
         if (near->dense ? !above_sheet(trace, point, plane, place, r) : !on_sheet(near, x, y)) continue;
+        /* Nothing is seen where a caster lies on the surface, so light that a kernel put there would be lost. */
+        if (trace_covered(trace, point->object, place, plane->n)) continue;
         if (!support_sees(trace, point, support, place)) continue;
         seen++;
         inner += weight;
@@ -223,7 +225,7 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
             V3 n = v3_cross(v3_sub(found[i].b, found[i].a), v3_sub(found[i].c, found[i].a));
             facing = v3_dot(n, plane.n) >= 0 ? 1 : -1;
         }
-    if (!near.dense) sort_out(found, count, &plane, point, facing, radius, &near);
+    if (!near.dense) sort_out(found, count, &plane, point, facing, radius, trace_carries(trace, point->object), &near);
     out->mixed = near.blockers || near.dense;
     out->layered = near.dense || (!near.full && sheet_integral(&near, radius) > (1 + 1e-6) * open);
     if (out->mixed) {

@@ -241,6 +241,16 @@ int trace_lies_on(const TraceScene *s, int object) {
     return s->contacts[object].caster ? s->contacts[object].on : -1;
 }
 
+bool trace_carries(const TraceScene *s, int receiver) { return s->contacts[receiver].receiver; }
+
+bool trace_covered(const TraceScene *s, int receiver, V3 place, V3 normal) {
+    if (!trace_carries(s, receiver) || !contacts_near(s->contacts, s->scene->object_count, place)) return false;
+    double width = 4 * CONTACT_DISTANCE;
+    Ray ray = ray_from_point(v3_mad(place, width, normal), v3_neg(normal), 0, 2 * width, 0);
+    Hit hit;
+    return query(s, s->standing, &ray, 0, (float)(2 * width), &hit);
+}
+
 void trace_triangle_point(const TraceScene *s, int object, uint32_t primitive, double v, double w, Hit *hit) {
     const Object *o = &s->scene->objects[object];
     Triangle t = triangle_of(s->corners[object], primitive);

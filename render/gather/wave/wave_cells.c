@@ -56,7 +56,7 @@ static void put_seen(WaveCells *c, const WaveLanding *const l[3], Rgb flux) {
     if (camera_project(&c->run->scene->camera, center, &view)) footprint = 1 / sqrt(view.raster_per_area);
     if (!array_reserve((void **)&b->seen, &b->seen_capacity, b->seen_count + 1, sizeof *b->seen)) {
         b->out_of_memory = true;
-    } else if (wave_seen_triangle(l, flux, center, footprint, &b->seen[b->seen_count])) {
+    } else if (wave_seen_triangle(l, flux, center, footprint, c->even * footprint, &b->seen[b->seen_count])) {
         b->seen_count++;
     } else {
         /* Between two objects the middle may lie under one of them, hidden from its eye points: a corner will
@@ -127,10 +127,12 @@ static bool is_wide(const WaveCells *c, const WaveLanding *const l[3]) {
 
 /* In proportion to the triangles that as many rays would make, spread evenly over the picture: so splits take
  * a part of the rays, however large the picture. */
-static double wide_limit(const WaveRun *run, const WaveView *view) {
-    if (!view) return INFINITY;
-    double even = sqrt((double)view->width * view->height / fmax(run->rays, 1));
-    return fmax(WIDE_PIXELS * view->scale, WIDE_EVEN * even);
+static void set_limits(WaveCells *c) {
+    c->wide = INFINITY;
+    if (!c->view) return;
+    double scale = c->view->scale;
+    c->even = sqrt((double)c->view->width * c->view->height / fmax(c->run->rays, 1)) / scale;
+    c->wide = scale * fmax(WIDE_PIXELS, WIDE_EVEN * c->even);
 }
 
 /* Lands every path that the corners agree on; returns the share of the light that is not landed, and in
@@ -256,7 +258,7 @@ void wave_cells(const WaveRun *run, const WaveView *view, bool seen, const WaveT
     out->account = (FluxAccount){0};
     out->landed = out->left = 0;
     WaveCells c = {.run = run, .view = view, .seen = seen, .front = tile->front, .out = out};
-    c.wide = wide_limit(run, view);
+    set_limits(&c);
     c.key = rng_combine(tile->key, rng_combine((uint64_t)tile->x0, (uint64_t)tile->y0));
     int corners = tile->x1 - tile->x0 + 1;
     WaveCorner rows[2][WAVE_TILE + 1];

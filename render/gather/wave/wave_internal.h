@@ -144,9 +144,10 @@ cau_result wave_seen_create(
     WaveSeen **out, const Scene *scene, const EyePoints *points, int y0, int y1, size_t bands, CauError *err);
 void wave_seen_free(WaveSeen **seen);
 
-/** False when it is so small (footprint: edge of a pixel there) that a kernel must spread it. */
-bool wave_seen_triangle(
-    const WaveLanding *const landings[3], Rgb flux, V3 center, double footprint, WaveSeenTriangle *out);
+/** False when it is so small that a kernel must spread it. `footprint`: edge of a pixel there; `even`: edge of a
+ *  triangle there if all were spread evenly over the picture; scene units. */
+bool wave_seen_triangle(const WaveLanding *const landings[3], Rgb flux, V3 center, double footprint,
+    double even, WaveSeenTriangle *out);
 
 /** Adds the batches' triangles to the pixels of a band, in order. */
 void wave_seen_light(const WaveSeen *seen, size_t band, const WaveBatch *batches, size_t batch_count,
@@ -171,6 +172,7 @@ typedef struct WaveCells {
     bool seen;            /* some eye points see receivers through glass or in mirrors */
     const WaveFront *front;
     WaveBatch *out;
+    double even;           /* edge of a triangle if all were spread evenly over the picture, pixels */
     double wide;           /* a triangle of a longer edge is split, subpixels */
     WaveLandings landings; /* of the two rows of corners, and of a triangle's midpoints on top */
     uint64_t key;

@@ -105,8 +105,8 @@ static void land(Walk *w, const Branch *b, const Hit *hit, const ShadingFrame *f
 }
 
 /* True when light of this branch that reaches a receiver here is a direct caustic. */
-static bool receives(const Branch *b, const Object *o) {
-    return b->chain.cast && o->receives && (b->left_visible & VISIBLE_DIFFUSE);
+static bool receives(const Branch *b, const Object *o, const Material *m) {
+    return b->chain.cast && o->receives && (m->lobes & LOBE_DIFFUSE) && (b->left_visible & VISIBLE_DIFFUSE);
 }
 
 /* ---- going on ---- */
@@ -248,7 +248,7 @@ static void surface(Walk *w, Branch *b, const Hit *hit) {
     unsigned lobes = m->lobes & (LOBE_SPECULAR | LOBE_TRANSPARENT);
     bool waved = w->run->waved[hit->object];
     if (!o->casts || !waved) lobes &= ~(unsigned)LOBE_SPECULAR;
-    bool lands = receives(b, o);
+    bool lands = receives(b, o, m);
     if (lands) land(w, b, hit, &frame, wi);
     if (lobes & LOBE_SPECULAR) cross_bent(w, b, hit, &frame, wi);
     Rgb left = lobes ? split(w, b, hit, &frame, wi, lobes) : b->flux;
