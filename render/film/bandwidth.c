@@ -5,8 +5,12 @@
 
 /* Least squared bias that is believed, in parts of the noise: bounds how fast a kernel grows. */
 #define BIAS_LEAST 0.02
-/* Bias that chance may show in a window: the radius is not to fall by luck, for it rises slowly. */
+/* Bias that chance may show in a window, in parts of the noise: the radius is not to fall by luck, for it
+ * rises slowly. Narrow kernels, in footprints, need more to be narrower yet: what the points of a trial
+ * happen to meet of a fold looks like bias, and evens out within the pixel over the passes. */
 #define BIAS_CHANCE 0.8
+#define BIAS_CHANCE_NARROW 2.0
+#define RADIUS_NARROW 2.0
 /* Half a window's edge in kernel radii, and its limits in pixels. */
 #define WINDOW_RADII 2.0
 #define WINDOW_MIN 2
@@ -18,7 +22,7 @@
 #define LEVEL_SLOPE 0.5
 /* Least learned radius in footprints: what is finer lies within the pixel. It shrinks with the photons as
  * any. */
-#define RADIUS_LEAST 2.0
+#define RADIUS_LEAST 0.5
 #define CHANGE_MIN 0.5
 #define CHANGE_MAX 1.6
 
@@ -89,20 +93,23 @@ static double window_sum(const Sums *s, const double *sums, int x, int y, int ha
            sums[sums_place(s, x0, y0)];
 }
 
-/* The radii that balance noise and bias. */
+/* The radius that balances noise and bias, of kernels of radius `old`. */
+static double balance(double old, double noise, double bias, double chance) {
+    if (!(noise > 0)) return old;
+    return old * pow(noise / (6 * fmax(bias - chance * noise, BIAS_LEAST * noise)), 1.0 / 6);
+}
+
+/* For every pixel. What kernels may cost asks for none narrower than RADIUS_NARROW. */
 static void choose(Bandwidth *b, const Sums *s, const double *cost, double shrink, double most) {
     for (int y = 0; y < b->height; y++)
         for (int x = 0; x < b->width; x++) {
             size_t i = (size_t)y * (size_t)b->width + (size_t)x;
             double old = (double)b->radius[i] * shrink;
-            double used = square(old);
-            int half = (int)clamp(ceil(WINDOW_RADII * sqrt(used)), WINDOW_MIN, WINDOW_MAX);
+            int half = (int)clamp(ceil(WINDOW_RADII * old), WINDOW_MIN, WINDOW_MAX);
             double noise = window_sum(s, s->noise, x, y, half), bias = window_sum(s, s->bias, x, y, half);
-            double r =
-                noise > 0
-                    ? sqrt(used * cbrt(noise / (6 * fmax(bias - BIAS_CHANCE * noise, BIAS_LEAST * noise))))
-                    : old;
-            if (cost[i] > 0) r = fmin(r, old * sqrt(most / cost[i]));
+            double r = balance(old, noise, bias, BIAS_CHANCE), narrow = RADIUS_NARROW * shrink;
+            if (r < narrow) r = fmin(narrow, balance(old, noise, bias, BIAS_CHANCE_NARROW));
+            if (cost[i] > 0) r = fmin(r, fmax(old * sqrt(most / cost[i]), narrow));
             r = fmin(clamp(r, CHANGE_MIN * old, CHANGE_MAX * old), RADIUS_MAX);
             b->radius[i] = (float)fmax(r / shrink, RADIUS_LEAST);
         }

@@ -197,7 +197,8 @@ static void probe_integral(
         double x = d * cos(angle), y = d * sin(angle);
         V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
         if (near->dense ? !above_sheet(trace, point, plane, place, r) : !on_sheet(near, x, y)) continue;
-        /* Nothing is seen where a caster lies on the surface, so light that a kernel put there would be lost. */
+        /* Nothing is seen where a caster lies on the surface, so light that a kernel put there would be lost.
+         */
         if (trace_covered(trace, point->object, place, plane->n)) continue;
         if (!support_sees(trace, point, support, place)) continue;
         seen++;
@@ -225,7 +226,8 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
             V3 n = v3_cross(v3_sub(found[i].b, found[i].a), v3_sub(found[i].c, found[i].a));
             facing = v3_dot(n, plane.n) >= 0 ? 1 : -1;
         }
-    if (!near.dense) sort_out(found, count, &plane, point, facing, radius, trace_carries(trace, point->object), &near);
+    if (!near.dense)
+        sort_out(found, count, &plane, point, facing, radius, trace_carries(trace, point->object), &near);
     out->mixed = near.blockers || near.dense;
     out->layered = near.dense || (!near.full && sheet_integral(&near, radius) > (1 + 1e-6) * open);
     if (out->mixed) {

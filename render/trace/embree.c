@@ -244,7 +244,8 @@ int trace_lies_on(const TraceScene *s, int object) {
 bool trace_carries(const TraceScene *s, int receiver) { return s->contacts[receiver].receiver; }
 
 bool trace_covered(const TraceScene *s, int receiver, V3 place, V3 normal) {
-    if (!trace_carries(s, receiver) || !contacts_near(s->contacts, s->scene->object_count, place)) return false;
+    if (!trace_carries(s, receiver) || !contacts_near(s->contacts, s->scene->object_count, place))
+        return false;
     double width = 4 * CONTACT_DISTANCE;
     Ray ray = ray_from_point(v3_mad(place, width, normal), v3_neg(normal), 0, 2 * width, 0);
     Hit hit;

@@ -48,8 +48,8 @@ void trace_triangle_point(
 /** The receiver on which a caster lies, face to face (the first found), or -1. */
 int trace_lies_on(const TraceScene *scene, int object);
 
-/** Whether casters lie on a receiver, face to face, and one of them covers it at a place on its surface: nothing is
- *  seen there (contact.h). `normal` is unit, the receiver's. */
+/** Whether casters lie on a receiver, face to face, and one of them covers it at a place on its surface:
+ * nothing is seen there (contact.h). `normal` is unit, the receiver's. */
 bool trace_carries(const TraceScene *scene, int receiver);
 bool trace_covered(const TraceScene *scene, int receiver, V3 place, V3 normal);
 

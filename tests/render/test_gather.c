@@ -275,6 +275,10 @@ static void learned_radius_balances_noise_and_bias(void **state) {
     float before = b.radius[W - 10];
     assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, 1, 100, &err), CAU_OK);
     assert_true((double)b.radius[W - 10] <= 0.501 * (double)before);
+    /* Cost alone makes no kernel narrower than 2 footprints; strong bias does. */
+    for (int k = 0; k < 8; k++)
+        assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, 1, 100, &err), CAU_OK);
+    assert_true(fabs((double)b.radius[W - 10] - 2) < 1e-6 && (double)b.radius[10] < 1);
     bandwidth_free(&b);
     film_free(&film);
     free(pass);

@@ -144,8 +144,8 @@ cau_result wave_seen_create(
     WaveSeen **out, const Scene *scene, const EyePoints *points, int y0, int y1, size_t bands, CauError *err);
 void wave_seen_free(WaveSeen **seen);
 
-/** False when it is so small that a kernel must spread it. `footprint`: edge of a pixel there; `even`: edge of a
- *  triangle there if all were spread evenly over the picture; scene units. */
+/** False when it is so small that a kernel must spread it. `footprint`: edge of a pixel there; `even`: edge
+ * of a triangle there if all were spread evenly over the picture; scene units. */
 bool wave_seen_triangle(const WaveLanding *const landings[3], Rgb flux, V3 center, double footprint,
     double even, WaveSeenTriangle *out);
 

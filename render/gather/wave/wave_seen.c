@@ -7,9 +7,10 @@
 
 #include <string.h>
 
-/* A triangle of less area than this part of a pixel's footprint, and of what triangles of an even spread have, is
- * gathered by a kernel, as a photon: few eye points would lie in it, and those would be too bright. Where triangles
- * are small but cover the receiver evenly, every eye point lies in one, and no kernel blurs the picture. */
+/* A triangle of less area than this part of a pixel's footprint, and of what triangles of an even spread
+ * have, is gathered by a kernel, as a photon: few eye points would lie in it, and those would be too bright.
+ * Where triangles are small but cover the receiver evenly, every eye point lies in one, and no kernel blurs
+ * the picture. */
 #define LOOKUP_AREA 0.1
 
 /* Eye points of a band of pixel rows under a tree. */
@@ -95,8 +96,8 @@ void wave_seen_free(WaveSeen **seen) {
 
 /* ---- a triangle ---- */
 
-bool wave_seen_triangle(
-    const WaveLanding *const l[3], Rgb flux, V3 center, double footprint, double even, WaveSeenTriangle *out) {
+bool wave_seen_triangle(const WaveLanding *const l[3], Rgb flux, V3 center, double footprint, double even,
+    WaveSeenTriangle *out) {
     V3 n = v3_normalize(v3_add(l[0]->normal, v3_add(l[1]->normal, l[2]->normal)));
     V3 e1 = v3_sub(l[1]->position, l[0]->position), e2 = v3_sub(l[2]->position, l[0]->position);
     double area = 0.5 * fabs(v3_dot(v3_cross(e1, e2), n));
