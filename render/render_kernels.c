@@ -9,7 +9,7 @@
 #define RADIUS_DIRECT 4.0
 #define RADIUS_INDIRECT 8.0
 /* Where estimator W draws the layer, and photons only what is left. */
-#define RADIUS_BESIDE_WAVE 2.0
+#define RADIUS_BESIDE_WAVE 1.0
 /* Trials of kernels on the first pass's photons. */
 #define TRIALS 3
 /* Kernels may cost as much as the rays of their photons: deposits met per ray, and at least per eye point. */

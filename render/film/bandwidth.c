@@ -55,19 +55,23 @@ double bandwidth_mean_radius(const Bandwidth *b) {
 /* Sums over any rectangle from the top left corner on: [(height + 1) * (width + 1)]. */
 typedef struct Sums {
     double *noise, *bias; /* variance and squared bias of the mean over the passes */
+    double *light;        /* the noise's root, which grows with the light */
     int width, height;
 } Sums;
 
 static cau_result sums_create(Sums *s, const Bandwidth *b, CauError *err) {
     size_t count = ((size_t)b->width + 1) * ((size_t)b->height + 1);
-    *s = (Sums){array_new(count, sizeof(double)), array_new(count, sizeof(double)), b->width, b->height};
-    return s->noise && s->bias ? CAU_OK
-                               : error_set(err, CAU_ERROR_RESOURCE, "out of memory to learn the kernels");
+    *s = (Sums){array_new(count, sizeof(double)), array_new(count, sizeof(double)),
+        array_new(count, sizeof(double)), b->width, b->height};
+    return s->noise && s->bias && s->light
+               ? CAU_OK
+               : error_set(err, CAU_ERROR_RESOURCE, "out of memory to learn the kernels");
 }
 
 static void sums_free(Sums *s) {
     free(s->noise);
     free(s->bias);
+    free(s->light);
 }
 
 static size_t sums_place(const Sums *s, int x, int y) {
@@ -93,6 +97,10 @@ static double window_sum(const Sums *s, const double *sums, int x, int y, int ha
            sums[sums_place(s, x0, y0)];
 }
 
+static int window_of(double radius) {
+    return (int)clamp(ceil(WINDOW_RADII * radius), WINDOW_MIN, WINDOW_MAX);
+}
+
 /* The radius that balances noise and bias, of kernels of radius `old`. */
 static double balance(double old, double noise, double bias, double chance) {
     if (!(noise > 0)) return old;
@@ -105,13 +113,37 @@ static void choose(Bandwidth *b, const Sums *s, const double *cost, double shrin
         for (int x = 0; x < b->width; x++) {
             size_t i = (size_t)y * (size_t)b->width + (size_t)x;
             double old = (double)b->radius[i] * shrink;
-            int half = (int)clamp(ceil(WINDOW_RADII * old), WINDOW_MIN, WINDOW_MAX);
+            int half = window_of(old);
             double noise = window_sum(s, s->noise, x, y, half), bias = window_sum(s, s->bias, x, y, half);
             double r = balance(old, noise, bias, BIAS_CHANCE), narrow = RADIUS_NARROW * shrink;
             if (r < narrow) r = fmin(narrow, balance(old, noise, bias, BIAS_CHANCE_NARROW));
             if (cost[i] > 0) r = fmin(r, fmax(old * sqrt(most / cost[i]), narrow));
             r = fmin(clamp(r, CHANGE_MIN * old, CHANGE_MAX * old), RADIUS_MAX);
             b->radius[i] = (float)fmax(r / shrink, RADIUS_LEAST);
+        }
+}
+
+/* Windows with less than this part of the light are rounding. */
+#define LIGHT_LEAST 1e-9
+
+/* The mean of the logarithms around, weighted by the light. A dark pixel beside a bright one knows the
+ * other's bias but little of its noise, and would have the narrower kernel: light near an edge would be
+ * gathered by too few. So the radius is that of the light that it gathers. The sums of the noise are used up.
+ */
+static void share_radii(Bandwidth *b, Sums *s, double shrink) {
+    double *product = s->noise, all = s->light[sums_place(s, s->width, s->height)];
+    for (int y = 0; y < b->height; y++)
+        for (int x = 0; x < b->width; x++) {
+            double radius = (double)b->radius[(size_t)y * (size_t)b->width + (size_t)x];
+            product[sums_place(s, x + 1, y + 1)] = window_sum(s, s->light, x, y, 0) * log(radius);
+        }
+    sum_up(s, product);
+    for (int y = 0; y < b->height; y++)
+        for (int x = 0; x < b->width; x++) {
+            float *radius = &b->radius[(size_t)y * (size_t)b->width + (size_t)x];
+            int half = window_of((double)*radius * shrink);
+            double light = window_sum(s, s->light, x, y, half);
+            if (light > LIGHT_LEAST * all) *radius = (float)exp(window_sum(s, product, x, y, half) / light);
         }
 }
 
@@ -197,12 +229,15 @@ cau_result bandwidth_learn(Bandwidth *b, const Film *film, const Film *bias, con
         for (int x = 0; x < b->width; x++) {
             size_t i = (size_t)y * (size_t)b->width + (size_t)x, to = sums_place(&s, x + 1, y + 1);
             for (size_t c = 3 * i; c < 3 * i + 3; c++) s.noise[to] += square(film_error(film, c)) / 3;
+            s.light[to] = sqrt(s.noise[to]);
             s.bias[to] = bandwidth_bias2(bias, i);
         }
     if (result == CAU_OK) {
         sum_up(&s, s.noise);
         sum_up(&s, s.bias);
+        sum_up(&s, s.light);
         choose(b, &s, cost, shrink, most);
+        share_radii(b, &s, shrink);
         result = keep_apart(b, shrink, err);
     }
     sums_free(&s);
