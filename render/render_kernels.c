@@ -10,6 +10,10 @@
 #define RADIUS_INDIRECT 8.0
 /* Where estimator W draws the layer, and photons only what is left. */
 #define RADIUS_BESIDE_WAVE 1.0
+/* Radius in footprints from which on one eye path to a pixel will do: as many more as the kernel's area is
+ * less. */
+#define RADIUS_ONE_PATH 2.5
+enum { EYE_PATHS_MAX = 16 };
 /* Trials of kernels on the first pass's photons. */
 #define TRIALS 3
 /* Kernels may cost as much as the rays of their photons: deposits met per ray, and at least per eye point. */
@@ -64,13 +68,44 @@ static cau_result trial(PassState *s, RenderGroup *group, int kind, const Gather
     return result;
 }
 
-cau_result kernels_try(PassState *s, RenderGroup *group, int kind, const GatherRun *gather, CauError *err) {
+cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *gather, CauError *err) {
     GatherRun run = *gather;
     run.points = &s->trial_points;
     for (int i = 0; i < TRIALS; i++) CAU_TRY(trial(s, group, kind, &run, err));
     group->kernels[kind].tried = true;
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
+    CAU_TRY(kernels_look_closer(s, group, kind, gather, err));
     return gather_supports(gather, s->r->pool, &s->supports, err);
+}
+
+/* Raises the eye paths to what a layer's kernels call for. */
+static void count_paths(const PassState *s, const Bandwidth *kernels, double shrink) {
+    size_t pixels = picture_values(s->r) / 3;
+    for (size_t i = 0; i < pixels; i++) {
+        double paths = square(RADIUS_ONE_PATH / ((double)kernels->radius[i] * shrink));
+        if (paths > s->eye_paths[i]) s->eye_paths[i] = (uint8_t)fmin(ceil(paths), EYE_PATHS_MAX);
+    }
+}
+
+void kernels_count_eye_paths(PassState *s, double shrink) {
+    const cau_render *r = s->r;
+    memset(s->eye_paths, 1, picture_values(r) / 3);
+    for (size_t g = 0; g < r->group_count; g++)
+        for (int kind = 0; kind < 2; kind++)
+            if ((kind ? r->groups[g].indirect : r->groups[g].direct) && !kernels_follow_wave(r, g, kind))
+                count_paths(s, &r->groups[g].kernels[kind], shrink);
+    s->eye.at_least = s->eye_paths;
+}
+
+cau_result kernels_look_closer(
+    PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err) {
+    if (s->r->pass > 0) return CAU_OK;
+    EyeRun eye = s->eye;
+    memset(s->eye_paths, 1, picture_values(s->r) / 3);
+    count_paths(s, &group->kernels[kind], gather->radius_pixels);
+    eye.at_least = s->eye_paths;
+    gather->points = &s->layer_points;
+    return eye_trace(&eye, s->r->pool, &s->layer_points, err);
 }
 
 /* Shards and resumed renders compare the mean radius: it is the same where all photons were. */
@@ -95,7 +130,8 @@ cau_result render_make_kernels(cau_render *r, CauError *err) {
 cau_result kernels_prepare(PassState *s, CauError *err) {
     size_t values = picture_values(s->r);
     s->kernels = (KernelImages){array_new(values, sizeof(double)), array_new(values / 3, sizeof(double))};
-    if (!s->kernels.bias || !s->kernels.cost)
+    s->eye_paths = array_new(values / 3, 1);
+    if (!s->kernels.bias || !s->kernels.cost || !s->eye_paths)
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the kernels of %zu pixels", values / 3);
     s->images.kernels = &s->kernels;
     return CAU_OK;
@@ -104,4 +140,5 @@ cau_result kernels_prepare(PassState *s, CauError *err) {
 void kernels_free(PassState *s) {
     free(s->kernels.bias);
     free(s->kernels.cost);
+    free(s->eye_paths);
 }

@@ -21,9 +21,11 @@ typedef struct WaveCheck {
 
 typedef struct PassState {
     cau_render *r;
-    EyePoints points, trial_points; /* the latter are the first pass's alone */
+    EyeRun eye;                                   /* of the pass */
+    EyePoints points, trial_points, layer_points; /* the latter two are the first pass's alone */
     SupportRows supports;
     KernelImages kernels;
+    uint8_t *eye_paths; /* [pixel] at least, as learned kernels call for */
     WaveCheck waves;
     PastError past[2];
     bool learning; /* the first pass is made for what it teaches alone */
@@ -54,12 +56,20 @@ cau_result waves_draw(PassState *s, size_t light, RenderGroup *group, const Gath
 /** Makes what kernels say in a pass. */
 cau_result kernels_prepare(PassState *s, CauError *err);
 void kernels_free(PassState *s);
+/** Lets the pass's eye run have as many paths in a pixel as all layers' learned kernels call for: a narrow
+ * one covers a part of its pixel alone, and with one eye point a focus would be met by chance. Not in the
+ * first pass, which learns them. */
+void kernels_count_eye_paths(PassState *s, double shrink);
+/** The same for one layer in the first pass, once it has learned: it gathers at eye points of its own. Does
+ * nothing in later passes. */
+cau_result kernels_look_closer(
+    PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err);
 /** Before the lights of a group, when images are added to from the start. */
 void kernels_clear(PassState *s);
 /** Estimator W draws a part of the layer: its kernels begin narrow, without a trial. */
 bool kernels_follow_wave(const cau_render *r, size_t group, int kind);
 /** Learns a layer's first radii on the deposits at hand, before these are gathered for the picture. */
-cau_result kernels_try(PassState *s, RenderGroup *group, int kind, const GatherRun *gather, CauError *err);
+cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *gather, CauError *err);
 /** After a layer's pass: its kernels are learned for good. */
 void kernels_settle(RenderGroup *group, int kind, bool tried);
 

@@ -30,7 +30,7 @@ bool render_has_layers(const cau_render *r) {
 /* ---- photons ---- */
 
 /* One light's pass of one layer, added to the group's pass image. */
-static cau_result light_pass(PassState *s, size_t light, int kind, const GatherRun *gather, CauError *err) {
+static cau_result light_pass(PassState *s, size_t light, int kind, GatherRun *gather, CauError *err) {
     cau_render *r = s->r;
     const Light *l = &r->scene.lights[light];
     const LightPlan *plan = &r->plan.lights[light];
@@ -68,7 +68,7 @@ static void add_to_films(PassState *s, RenderGroup *group, int kind) {
     film_add(group->coverage, s->images.coverage);
 }
 
-static cau_result group_lights(PassState *s, size_t g, int kind, const GatherRun *gather, CauError *err) {
+static cau_result group_lights(PassState *s, size_t g, int kind, GatherRun *gather, CauError *err) {
     cau_render *r = s->r;
     s->images.add = false;
     waves_clear(s);
@@ -93,6 +93,7 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, Ca
         .radius_pixels = shrink,
         .radius = group->kernels[kind].radius,
         .cancel = &r->cancel};
+    if (group->kernels[kind].tried) CAU_TRY(kernels_look_closer(s, group, kind, &gather, err));
     if (group->kernels[kind].tried || kernels_follow_wave(r, g, kind))
         CAU_TRY(gather_supports(&gather, r->pool, &s->supports, err));
     PassImages full = s->images;
@@ -135,7 +136,7 @@ static uint32_t eye_samples_busy(const cau_render *r) {
 
 static cau_result photon_pass(PassState *s, CauError *err) {
     cau_render *r = s->r;
-    EyeRun eye = {.scene = &r->scene,
+    s->eye = (EyeRun){.scene = &r->scene,
         .trace = r->trace,
         .filter = &r->filter,
         .key = s->key,
@@ -149,12 +150,13 @@ static cau_result photon_pass(PassState *s, CauError *err) {
         .y1 = r->region[3],
         .cancel = &r->cancel,
         .physical = r->options.physical_radiance};
-    EyeRun few = eye;
-    few.samples = (uint32_t)fmax(eye.samples ? 1 : 0, TRIAL_SHARE * eye.samples);
+    EyeRun few = s->eye;
+    few.samples = (uint32_t)fmax(few.samples ? 1 : 0, TRIAL_SHARE * few.samples);
     if (r->pass == 0) CAU_TRY(eye_trace(&few, r->pool, &s->trial_points, err));
-    CAU_TRY(eye_trace(&eye, r->pool, &s->points, err));
     double photons = (double)(r->pass + 1) * r->photons_per_pass;
     double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
+    if (r->pass > 0) kernels_count_eye_paths(s, shrink);
+    CAU_TRY(eye_trace(&s->eye, r->pool, &s->points, err));
     for (int kind = 0; kind < 2; kind++)
         for (size_t g = 0; g < r->group_count; g++)
             /* A render that was stopped within a pass goes on with those who lack it. */
@@ -291,6 +293,7 @@ static cau_result images_prepare(PassState *s, CauError *err) {
 static void state_free(PassState *s) {
     eye_points_free(&s->points);
     eye_points_free(&s->trial_points);
+    eye_points_free(&s->layer_points);
     support_rows_free(&s->supports);
     deposits_free(&s->deposits);
     photon_tree_free(&s->tree);

@@ -118,6 +118,7 @@ static void walk_row(void *data, size_t index, unsigned thread) {
     for (int x = run->x0; x < run->x1; x++) {
         size_t pixel = (size_t)y * (size_t)run->scene->camera.width + (size_t)x;
         uint32_t samples = run->busy && run->busy[pixel] ? run->samples_busy : run->samples;
+        if (samples && run->at_least && run->at_least[pixel] > samples) samples = run->at_least[pixel];
         for (uint32_t k = 0; k < samples; k++) walk_pixel(run, row, x, y, samples, run->pass * samples + k);
     }
 }
