@@ -6,7 +6,7 @@ layer whose mean R knows to no better than 2 %: its blocks without fireflies loo
 blurs, so a block may differ by BIAS of itself or of the picture's mean beside four standard errors. A layer passes when
 at most 2 % of its tested blocks are outside and its mean is right within 1.5 % + 2 standard errors. With --small
 (48 x 32 pixels) a kernel is a large part of the picture: 4 %, and 6 % of an indirect layer. --soft makes every lamp six
-times as wide and every sun 40 degrees, the scene otherwise as it is: what R can find.
+times as wide and every sun 40 degrees, the scene otherwise as it is: what R can find. --estimators P leaves out W.
 
 What a sun under 2 degrees, or a lamp without extent, sends through a specular surface to one that the eye sees through
 another, R finds by rare chance or never (reference.h): less than one camera path in 10,000 would. Of such layers the pixels
@@ -128,8 +128,13 @@ if __name__ == "__main__":
     found = Check()
     photon_count, path_count = int(float(sys.argv[1])), int(float(sys.argv[2]))
     words = sys.argv[3:]
+    compared = ["P", "W"]
+    if "--estimators" in words:
+        at = words.index("--estimators")
+        compared = words[at + 1].split(",")
+        del words[at:at + 2]
     for scene_name in (w for w in words if not w.startswith("--")):
         scene_path = os.path.join(SOURCE, "scenes", scene_name + ".json")
         compare(found, softened(scene_path) if "--soft" in words else scene_path, photon_count, path_count,
-                SMALL if "--small" in words else SIZE)
+                SMALL if "--small" in words else SIZE, compared)
     found.end()
