@@ -4,6 +4,10 @@
 /* Meshes so fine that a disk holds more triangles are looked at by rays alone. */
 enum { NEAR_MAX = 192, PROBES = 24, SLAB_HITS = 16 };
 
+/* Of the golden angle, the other way round: 2 pi times 0.618. */
+#define GOLDEN_COSINE (-0.7373688780783199)
+#define GOLDEN_SINE (-0.6754902942615236)
+
 /* Lift of visibility tests over the surface, in radii. */
 #define LIFT 0.02
 
@@ -38,7 +42,21 @@ static double edge_integral(const double a[2], const double b[2], double r) {
     return cross > 0 ? integral : -integral;
 }
 
+/* On which side of the line the whole disk lies: left 1, right -1; 0 where the line cuts it. */
+static int side_of(const double a[2], const double b[2], double r) {
+    double cross = a[0] * b[1] - a[1] * b[0], length2 = square(b[0] - a[0]) + square(b[1] - a[1]);
+    if (square(cross) < square(r) * length2) return 0;
+    return (cross > 0) - (cross < 0);
+}
+
 double disk_triangle_integral(const double a[2], const double b[2], const double c[2], double radius) {
+    /* Most disks lie within one triangle or beside it, which takes no angles. */
+    double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    int inward = (area > 0) - (area < 0),
+        side[3] = {side_of(a, b, radius), side_of(b, c, radius), side_of(c, a, radius)};
+    if (side[0] == -inward || side[1] == -inward || side[2] == -inward) return 0;
+    if (side[0] == inward && side[1] == inward && side[2] == inward)
+        return inward * wedge_circle(2 * CAU_PI, radius);
     return edge_integral(a, b, radius) + edge_integral(b, c, radius) + edge_integral(c, a, radius);
 }
 
@@ -188,13 +206,15 @@ static void probe_integral(
     const TraceScene *trace, const EyePoint *point, Support *support, const Plane *plane, const Near *near) {
     int seen = 0;
     double r = support->radius, inner = 0, inner_all = 0;
+    double cosine = cos(2 * CAU_PI * (double)point->turn), sine = sin(2 * CAU_PI * (double)point->turn);
     for (int i = 0; i < PROBES; i++) {
         double s = 1 - sqrt(1 - (i + 0.5) / PROBES), d = r * sqrt(s);
         /* The same probe for the inner kernel, by the ratio of the two. */
         double weight = fmax(0, 1 - 2 * s) / (1 - s);
         inner_all += weight;
-        double angle = 2 * CAU_PI * ((double)point->turn + i * 0.6180339887498949);
-        double x = d * cos(angle), y = d * sin(angle);
+        double x = d * cosine, y = d * sine, turned = cosine * GOLDEN_COSINE - sine * GOLDEN_SINE;
+        sine = sine * GOLDEN_COSINE + cosine * GOLDEN_SINE;
+        cosine = turned;
         V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
         if (near->dense ? !above_sheet(trace, point, plane, place, r) : !on_sheet(near, x, y)) continue;
         /* Nothing is seen where a caster lies on the surface, so light that a kernel put there would be lost.
@@ -220,7 +240,10 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
     /* Which way the winding of the point's own triangle faces, so that the far side of a thin wall is another
      * sheet even where it lies within the tolerance. */
     double facing = 1;
-    Near near = {.dense = count > NEAR_MAX};
+    Near near; /* not zeroed: its list is large, and mostly empty */
+    near.sheets = 0;
+    near.blockers = near.full = false;
+    near.dense = count > NEAR_MAX;
     for (size_t i = 0; i < count && !near.dense; i++)
         if (!found[i].exact && found[i].object == point->object && found[i].primitive == point->primitive) {
             V3 n = v3_cross(v3_sub(found[i].b, found[i].a), v3_sub(found[i].c, found[i].a));
