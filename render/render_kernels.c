@@ -78,32 +78,20 @@ cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *ga
     return gather_supports(gather, s->r->pool, &s->supports, err);
 }
 
-/* Raises the eye paths to what a layer's kernels call for. */
-static void count_paths(const PassState *s, const Bandwidth *kernels, double shrink) {
-    size_t pixels = picture_values(s->r) / 3;
-    for (size_t i = 0; i < pixels; i++) {
-        double paths = square(RADIUS_ONE_PATH / ((double)kernels->radius[i] * shrink));
-        if (paths > s->eye_paths[i]) s->eye_paths[i] = (uint8_t)fmin(ceil(paths), EYE_PATHS_MAX);
-    }
-}
-
-void kernels_count_eye_paths(PassState *s, double shrink) {
-    const cau_render *r = s->r;
-    memset(s->eye_paths, 1, picture_values(r) / 3);
-    for (size_t g = 0; g < r->group_count; g++)
-        for (int kind = 0; kind < 2; kind++)
-            if ((kind ? r->groups[g].indirect : r->groups[g].direct) && !kernels_follow_wave(r, g, kind))
-                count_paths(s, &r->groups[g].kernels[kind], shrink);
-    s->eye.at_least = s->eye_paths;
-}
-
 cau_result kernels_look_closer(
     PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err) {
-    if (s->r->pass > 0) return CAU_OK;
+    size_t pixels = picture_values(s->r) / 3;
+    const float *radius = group->kernels[kind].radius;
+    uint8_t most = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        double paths = square(RADIUS_ONE_PATH / ((double)radius[i] * gather->radius_pixels));
+        s->eye_paths[i] = (uint8_t)clamp(ceil(paths), 1, EYE_PATHS_MAX);
+        if (s->eye_paths[i] > most) most = s->eye_paths[i];
+    }
+    if (most <= s->eye.samples) return CAU_OK;
     EyeRun eye = s->eye;
-    memset(s->eye_paths, 1, picture_values(s->r) / 3);
-    count_paths(s, &group->kernels[kind], gather->radius_pixels);
     eye.at_least = s->eye_paths;
+    eye.base = &s->points;
     gather->points = &s->layer_points;
     return eye_trace(&eye, s->r->pool, &s->layer_points, err);
 }

@@ -21,11 +21,12 @@ typedef struct WaveCheck {
 
 typedef struct PassState {
     cau_render *r;
-    EyeRun eye;                                   /* of the pass */
-    EyePoints points, trial_points, layer_points; /* the latter two are the first pass's alone */
+    EyeRun eye;                     /* of the pass */
+    EyePoints points, layer_points; /* of all layers, and of the one at hand */
+    EyePoints trial_points;         /* of the first pass */
     SupportRows supports;
     KernelImages kernels;
-    uint8_t *eye_paths; /* [pixel] at least, as learned kernels call for */
+    uint8_t *eye_paths; /* [pixel] scratch of kernels_look_closer() */
     WaveCheck waves;
     PastError past[2];
     bool learning; /* the first pass is made for what it teaches alone */
@@ -56,12 +57,9 @@ cau_result waves_draw(PassState *s, size_t light, RenderGroup *group, const Gath
 /** Makes what kernels say in a pass. */
 cau_result kernels_prepare(PassState *s, CauError *err);
 void kernels_free(PassState *s);
-/** Lets the pass's eye run have as many paths in a pixel as all layers' learned kernels call for: a narrow
- * one covers a part of its pixel alone, and with one eye point a focus would be met by chance. Not in the
- * first pass, which learns them. */
-void kernels_count_eye_paths(PassState *s, double shrink);
-/** The same for one layer in the first pass, once it has learned: it gathers at eye points of its own. Does
- * nothing in later passes. */
+/** Lets a layer that has learned gather at more eye points where its kernels are narrow: each covers a part
+ * of its pixel alone, and with one eye point a focus would be met by chance. They are the layer's own, for it
+ * must not depend on which others there are. */
 cau_result kernels_look_closer(
     PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err);
 /** Before the lights of a group, when images are added to from the start. */

@@ -155,7 +155,6 @@ static cau_result photon_pass(PassState *s, CauError *err) {
     if (r->pass == 0) CAU_TRY(eye_trace(&few, r->pool, &s->trial_points, err));
     double photons = (double)(r->pass + 1) * r->photons_per_pass;
     double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
-    if (r->pass > 0) kernels_count_eye_paths(s, shrink);
     CAU_TRY(eye_trace(&s->eye, r->pool, &s->points, err));
     for (int kind = 0; kind < 2; kind++)
         for (size_t g = 0; g < r->group_count; g++)

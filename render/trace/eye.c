@@ -107,18 +107,41 @@ static void walk_pixel(
     }
 }
 
+/* The points of a pixel from another run's row, in which those before `next` are of pixels on the left.
+ * Returns where the next pixels' begin. */
+static size_t copy_pixel(const EyePoints *from, struct EyeRow *row, int x, int y, size_t width, size_t next) {
+    const struct EyeRow *source = &from->rows[y];
+    uint32_t pixel = (uint32_t)((size_t)y * width + (size_t)x);
+    while (next < source->count && source->items[next].pixel < pixel) next++;
+    size_t first = next;
+    while (next < source->count && source->items[next].pixel == pixel) next++;
+    if (!array_reserve((void **)&row->items, &row->capacity, row->count + next - first, sizeof *row->items)) {
+        row->out_of_memory = true;
+        return next;
+    }
+    if (next > first)
+        memcpy(row->items + row->count, source->items + first, (next - first) * sizeof *row->items);
+    row->count += next - first;
+    return next;
+}
+
 static void walk_row(void *data, size_t index, unsigned thread) {
     (void)thread;
     const EyeRun *run = ((void **)data)[0];
     EyePoints *out = ((void **)data)[1];
     int y = run->y0 + (int)index;
     struct EyeRow *row = &out->rows[y];
+    size_t width = (size_t)run->scene->camera.width, copied = 0;
     row->count = 0;
     if (run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed)) return;
     for (int x = run->x0; x < run->x1; x++) {
-        size_t pixel = (size_t)y * (size_t)run->scene->camera.width + (size_t)x;
+        size_t pixel = (size_t)y * width + (size_t)x;
         uint32_t samples = run->busy && run->busy[pixel] ? run->samples_busy : run->samples;
-        if (samples && run->at_least && run->at_least[pixel] > samples) samples = run->at_least[pixel];
+        if (run->at_least && (samples == 0 || run->at_least[pixel] <= samples)) {
+            copied = copy_pixel(run->base, row, x, y, width, copied);
+            continue;
+        }
+        if (run->at_least) samples = run->at_least[pixel];
         for (uint32_t k = 0; k < samples; k++) walk_pixel(run, row, x, y, samples, run->pass * samples + k);
     }
 }

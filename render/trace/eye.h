@@ -47,7 +47,8 @@ typedef struct EyeRun {
         *busy; /**< [pixel] the eye may see a receiver through glass or in a mirror there; NULL: not known */
     uint32_t samples_busy;   /**< eye paths of a busy pixel */
     const uint8_t *at_least; /**< [pixel] eye paths of each, if there are not more; NULL: no matter */
-    int x0, y0, x1, y1;      /**< region in pixels, x1 and y1 exclusive */
+    const EyePoints *base; /**< of the same run without at_least: copied where they will do; with at_least */
+    int x0, y0, x1, y1;    /**< region in pixels, x1 and y1 exclusive */
     const atomic_bool *cancel;
 } EyeRun;
 
