@@ -168,13 +168,7 @@ static bool on_sheet(const Near *near, double x, double y) {
 
 bool support_sees(const TraceScene *trace, const EyePoint *point, const Support *support, V3 place) {
     V3 n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2]);
-    V3 from = v3_mad(point->position, LIFT * support->radius, n),
-       to = v3_mad(place, LIFT * support->radius, n);
-    V3 d = v3_sub(to, from);
-    double length = v3_length(d);
-    if (!(length > 0)) return true;
-    Ray ray = ray_from_point(from, v3_scale(d, 1 / length), 0, length, 0);
-    return !trace_anything_between(trace, &ray);
+    return trace_sees_along(trace, point->position, place, n, LIFT * support->radius);
 }
 
 bool support_hidden(

@@ -5,7 +5,8 @@
  *  A density estimate divides by the area it looked at. At an edge part of the disk is air, at a corner part
  * of it is behind a wall; both would darken the rim, and the floor behind the wall would leak. So the kernel
  * is normalised by its integral over the triangles that are there (exact, closed form), and where something
- * rises out of the disk, by probes that test what is hidden from the point; photons are tested likewise. */
+ * rises out of the disk, by probes that test what is hidden from the point; photons are tested likewise.
+ * Where a caster lies on the surface nothing is seen, and the surface ends there too. */
 #ifndef RENDER_GATHER_SUPPORT_H
 #define RENDER_GATHER_SUPPORT_H
 

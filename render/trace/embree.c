@@ -287,6 +287,14 @@ bool trace_anything_between(const TraceScene *s, const Ray *ray) {
     return r.tfar < 0;
 }
 
+bool trace_sees_along(const TraceScene *s, V3 from, V3 to, V3 normal, double lift) {
+    V3 d = v3_sub(to, from);
+    double length = v3_length(d);
+    if (!(length > 0)) return true;
+    Ray ray = ray_from_point(v3_mad(from, lift, normal), v3_scale(d, 1 / length), 0, length, 0);
+    return !trace_anything_between(s, &ray);
+}
+
 Rgb trace_transmittance(const TraceScene *s, const Ray *ray) {
     if (!s->any_hidden && !s->any_transparent) return rgb_grey(trace_anything_between(s, ray) ? 0 : 1);
     Rgb through = rgb_grey(1);

@@ -60,6 +60,10 @@ Rgb trace_transmittance(const TraceScene *scene, const Ray *ray);
 /** True when anything at all, transparent or not, lies between. */
 bool trace_anything_between(const TraceScene *scene, const Ray *ray);
 
+/** True when nothing lies between two places on a surface, looked at from `lift` (scene units) over it.
+ * `normal` is unit. */
+bool trace_sees_along(const TraceScene *scene, V3 from, V3 to, V3 normal, double lift);
+
 /** A ray from a point in space (camera, lamp). */
 Ray ray_from_point(V3 origin, V3 dir, double t_min, double t_max, unsigned visibility);
 /** A ray that leaves a surface. */

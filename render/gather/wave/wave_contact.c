@@ -10,12 +10,8 @@ bool wave_on_this_side(
     const TraceScene *trace, const WaveView *v, const WaveSubpixel *p, double x, double y) {
     V3 n = v3((double)p->normal[0], (double)p->normal[1], (double)p->normal[2]),
        from = v3((double)p->position[0], (double)p->position[1], (double)p->position[2]);
-    V3 to = wave_seen_at(&v->scene->camera, from, n, (x + v->x0) / v->scale, (y + v->y0) / v->scale),
-       d = v3_sub(to, from);
-    double length = v3_length(d);
-    if (!(length > 0)) return true;
-    Ray ray = ray_from_point(v3_mad(from, LIFT * length, n), v3_scale(d, 1 / length), 0, length, 0);
-    return !trace_anything_between(trace, &ray);
+    V3 to = wave_seen_at(&v->scene->camera, from, n, (x + v->x0) / v->scale, (y + v->y0) / v->scale);
+    return trace_sees_along(trace, from, to, n, LIFT * v3_length(v3_sub(to, from)));
 }
 
 void wave_mark_contact(WaveView *v, const TraceScene *trace, size_t at, double x, double y, double size) {
