@@ -66,7 +66,8 @@ cau_result kernels_look_closer(
 void kernels_clear(PassState *s);
 /** Estimator W draws a part of the layer: its kernels begin narrow, without a trial. */
 bool kernels_follow_wave(const cau_render *r, size_t group, int kind);
-/** Learns a layer's first radii on the deposits at hand, before these are gathered for the picture. */
+/** Learns a layer's first radii on the deposits at hand, before these are gathered for the picture, and
+ * readies `gather` and the supports for that. */
 cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *gather, CauError *err);
 /** After a layer's pass: its kernels are learned for good. */
 void kernels_settle(RenderGroup *group, int kind, bool tried);

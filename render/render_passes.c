@@ -153,9 +153,9 @@ static cau_result photon_pass(PassState *s, CauError *err) {
     EyeRun few = s->eye;
     few.samples = (uint32_t)fmax(few.samples ? 1 : 0, TRIAL_SHARE * few.samples);
     if (r->pass == 0) CAU_TRY(eye_trace(&few, r->pool, &s->trial_points, err));
+    CAU_TRY(eye_trace(&s->eye, r->pool, &s->points, err));
     double photons = (double)(r->pass + 1) * r->photons_per_pass;
     double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
-    CAU_TRY(eye_trace(&s->eye, r->pool, &s->points, err));
     for (int kind = 0; kind < 2; kind++)
         for (size_t g = 0; g < r->group_count; g++)
             /* A render that was stopped within a pass goes on with those who lack it. */

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The long versions of tests/exact and tests/hard, one command each; each prints a table and fails when a row is wrong.
 #   bench/exact/run.sh answers|flux|kernels|wave|agreement [SCENE... [--estimators P]]|coverage [SCENE...]|lights|memory|hard|rays|all
-# BUILD names the build folder [build]. Minutes each on two cores, answers one hour, agreement three.
+# BUILD names the build folder [build]. Minutes each on two cores, answers one hour; agreement half a day, with PATHS=5e6 three hours.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 build=$PWD/${BUILD:-build}
@@ -17,8 +17,8 @@ kernels) EFFORT=8 $python tests/exact/kernels.py ;;
 wave) EFFORT=8 $python tests/exact/wave.py ;;
 agreement)
   shift
-  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-5e6}" "${@:-${scenes[@]}}" || failed=1
-  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-5e6}" --soft "${@:-${scenes[@]}}" || failed=1
+  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" "${@:-${scenes[@]}}" || failed=1
+  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" --soft "${@:-${scenes[@]}}" || failed=1
   exit "${failed:-0}"
   ;;
 coverage)

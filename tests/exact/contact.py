@@ -3,7 +3,8 @@
 
 Between the two it is dark, as in Cycles (docs/cycles.md). So a body that stands in the table's plane gives the picture of
 one that is sunk by a hair, with a black card under it, where the order is no question: without caustics (R) and with
-them (P, W), for meshes whose coordinates round and for exact surfaces, and for tables that lie askew."""
+them (P, W), for meshes whose coordinates round and for exact surfaces, and for tables that lie askew. Light beside the
+contact keeps all it has."""
 import math
 
 import numpy as np
