@@ -101,24 +101,37 @@ static cau_result tessellate(const void *data, bool smooth, Mesh *out, CauError 
     return CAU_OK;
 }
 
-/* The ray over the sheet, from where it enters the box that holds the sheet. */
+/* The ray over the sheet, from where it enters the box that holds the sheet. Sines take most of the time of
+ * water, so none is computed twice: those of the waves' directions and of the last step serve the normal. */
 typedef struct March {
     size_t count;
     double amplitude[WAVES_MAX], w[WAVES_MAX], p[WAVES_MAX];
-    double z, dz, bend; /* bend: the bound B */
-    double noise;       /* rounding error of f */
+    double k_x[WAVES_MAX], k_y[WAVES_MAX]; /* wave vectors */
+    double gap, cosine[WAVES_MAX];         /* f and the phases' cosines where they were computed last */
+    double z, dz, bend;                    /* bend: the bound B */
+    double noise;                          /* rounding error of f */
     double end;
 } March;
 
-static double march_height(const March *m, double s, double *slope) {
+static double march_height(March *m, double s, double *slope) {
     double f = m->z + m->dz * s, d = m->dz;
     for (size_t i = 0; i < m->count; i++) {
         double angle = m->w[i] * s + m->p[i];
         f -= m->amplitude[i] * sin(angle);
-        d -= m->amplitude[i] * m->w[i] * cos(angle);
+        m->cosine[i] = cos(angle);
+        d -= m->amplitude[i] * m->w[i] * m->cosine[i];
     }
     *slope = d;
-    return f;
+    return m->gap = f;
+}
+
+static V3 march_normal(const March *m) {
+    double dx = 0, dy = 0;
+    for (size_t i = 0; i < m->count; i++) {
+        dx += m->amplitude[i] * m->cosine[i] * m->k_x[i];
+        dy += m->amplitude[i] * m->cosine[i] * m->k_y[i];
+    }
+    return v3_normalize(v3(-dx, -dy, 1));
 }
 
 static bool clip(double origin, double direction, double half, double *t0, double *t1) {
@@ -138,10 +151,11 @@ static void march_start(const HeightfieldParams *p, V3 origin, V3 d, double leng
     m->end = length;
     for (size_t i = 0; i < m->count; i++) {
         const Wave *w = &waves_of(p)[i];
-        double c = cos(w->direction_rad), s = sin(w->direction_rad);
         m->amplitude[i] = w->amplitude;
-        m->w[i] = w->k * (d.x * c + d.y * s);
-        m->p[i] = w->k * (origin.x * c + origin.y * s) + w->phase;
+        m->k_x[i] = w->k * cos(w->direction_rad);
+        m->k_y[i] = w->k * sin(w->direction_rad);
+        m->w[i] = d.x * m->k_x[i] + d.y * m->k_y[i];
+        m->p[i] = origin.x * m->k_x[i] + origin.y * m->k_y[i] + w->phase;
         m->bend += fabs(w->amplitude) * m->w[i] * m->w[i];
         rough += fabs(w->amplitude) * (1 + fabs(m->p[i]) + fabs(m->w[i]) * length);
     }
@@ -156,7 +170,7 @@ static double safe_step(const March *m, double f, double d) {
 }
 
 /* The first root in (0, end). A start within the rounding error of the sheet lies on it and leaves it. */
-static bool march(const March *m, double *out) {
+static bool march(March *m, double *out) {
     double slope, f = march_height(m, 0, &slope), s = 0, least = 0x1p-50 * m->end;
     bool on_sheet = fabs(f) <= m->noise;
     double side = (on_sheet ? slope : f) < 0 ? -1 : 1;
@@ -188,8 +202,9 @@ static bool intersect(const void *data, V3 origin, V3 direction, double t_min, d
     if (!march(&m, &s)) return false;
     V3 at = v3_mad(start, s, direction);
     hit->t = t0 + s;
-    at.z = height(p, at.x, at.y, &hit->normal);
+    at.z -= m.gap;
     hit->position = at;
+    hit->normal = march_normal(&m);
     return hit->t > t_min && hit->t < t_max;
 }
 
