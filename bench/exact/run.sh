@@ -17,8 +17,9 @@ kernels) EFFORT=8 $python tests/exact/kernels.py ;;
 wave) EFFORT=8 $python tests/exact/wave.py ;;
 agreement)
   shift
-  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" "${@:-${scenes[@]}}" || failed=1
-  $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-2e7}" --soft "${@:-${scenes[@]}}" || failed=1
+  for soft in "" --soft; do
+    $python tests/exact/agreement.py "${PHOTONS:-4e6}" "${PATHS:-1e7}" --seeds 8 $soft "${@:-${scenes[@]}}" || failed=1
+  done
   exit "${failed:-0}"
   ;;
 coverage)
