@@ -62,14 +62,17 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
 /* Distance between the places on a light, in pixels where their light lands: farther apart each would show
  * its own picture. */
 #define PLACE_PIXELS 1.5
-/* Lights that need more places are estimator P's: each place draws its own picture, and what a focus lacks in
- * places is noise that photons do not have. */
-#define PLACES_MAX 4.0
+/* Each place on a light draws its own picture, and what a focus lacks in places is noise that photons do not
+ * have. So lights that blur their caustics over more pixels than this are estimator P's, but for casters
+ * whose wavefronts are cheap (flat faces, calm water, which have no foci): price times the square of the blur
+ * up to this share of the picture's width, for with more pixels photons are dearer. All three limits are set
+ * on the even seeds of bench/plan, the last at two resolutions; docs/benchmarks.md says what they do to
+ * others. */
+#define WAVE_BLUR_MAX 1.25
+#define WAVE_BLUR_PRICE_MAX 0.0125
 /* What W leaves to photons falls with its rays as slowly as any photon's light does, and it pays so many more
- * rays for each; so beyond this product of rays per corner and share left, and of the square root of the
- * places, photons are quicker. Set on the even seeds of bench/plan; docs/benchmarks.md says what it does to
- * the odd ones. */
-#define WAVE_PRICE_MAX 55.0
+ * rays for each; so beyond this product of rays per corner and share left photons are quicker. */
+#define WAVE_PRICE_MAX 25.0
 /* Photons that start at bent normals per ray of estimator W: this many when they carry this share of the
  * light, fewer with the square root of what they carry (the variance of a sum of such photons goes with it),
  * but never none: probes may miss what a narrow light lets them find. */
@@ -79,8 +82,12 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
 /* What estimator W may leave out of its long paths; beyond it photons carry them. */
 #define DEEP_SHARE 1e-4
 
-bool plan_wave_pays(const WaveCost *cost, double places) {
-    return cost->rays * cost->left * sqrt(places) <= WAVE_PRICE_MAX;
+static double price(const WaveCost *cost) { return cost->rays * cost->left; }
+
+bool plan_wave_pays(const WaveCost *cost) { return price(cost) <= WAVE_PRICE_MAX; }
+
+bool plan_blur_pays(const WaveCost *cost, double blur_pixels, int width) {
+    return blur_pixels <= WAVE_BLUR_MAX || price(cost) * square(blur_pixels) <= WAVE_BLUR_PRICE_MAX * width;
 }
 
 /* What a wavefront to all casters costs, by what of the light meets each. */
@@ -111,7 +118,7 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
     plan->places = fmax(1, square(probe->blur_pixels / PLACE_PIXELS));
     WaveCost cost = mean_cost(scene, probe, choice->waved);
     bool small = choice->estimator == PLAN_ESTIMATOR_W ||
-                 (plan->places <= PLACES_MAX && plan_wave_pays(&cost, plan->places));
+                 (plan_wave_pays(&cost) && plan_blur_pays(&cost, probe->blur_pixels, scene->camera.width));
     plan->wave = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && small && !world;
     plan->photons = plan->direct && (!plan->wave || photons);
     plan->bent = BENT_PHOTONS * clamp(sqrt(probe->bent_share / BENT_SHARE_FULL), BENT_LEAST, 1);

@@ -16,9 +16,11 @@ typedef struct WaveCost {
     double left; /**< share of the flux that it leaves to photons */
 } WaveCost;
 
-/** Are wavefronts towards such a caster quicker to an error than photons are, for a light that needs so many
- *  places? */
-bool plan_wave_pays(const WaveCost *cost, double places);
+/** Are wavefronts towards such a caster quicker to an error than photons are? */
+bool plan_wave_pays(const WaveCost *cost);
+/** Are they still, for a light whose extent spreads what the caster throws over so many pixels of a picture
+ * so wide? */
+bool plan_blur_pays(const WaveCost *cost, double blur_pixels, int width);
 
 /** What the probes of one light saw. Means are over all pixels and channels of the probe picture. */
 typedef struct LightProbe {
