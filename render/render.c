@@ -3,6 +3,7 @@
 #include "render/render_internal.h"
 
 #include "core/checked.h"
+#include "core/rng.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -123,6 +124,25 @@ static cau_result warn_of_contacts(cau_render *r, CauError *err) {
     return CAU_OK;
 }
 
+/* Lamps whose extent is small are hard to find in bent mirrors; the world is all around. */
+static cau_result make_guides(cau_render *r, CauError *err) {
+    if (!r->bent.mirrors) return CAU_OK;
+    r->guides = array_new(r->scene.light_count, sizeof *r->guides);
+    if (!r->guides)
+        return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %zu lights", r->scene.light_count);
+    for (size_t i = 0; i < r->scene.light_count; i++) {
+        const Light *l = &r->scene.lights[i];
+        if (!l->casts || l->delta || strcmp(l->kind->name, "world") == 0) continue;
+        BentRun run = {.set = &r->bent,
+            .scene = &r->scene,
+            .trace = r->trace,
+            .light = l,
+            .key = rng_combine(rng_combine(r->options.seed, 0x6775696465u), l->stream)};
+        CAU_TRY(bent_guide_create(&r->guides[i], &run, &r->casters, err));
+    }
+    return CAU_OK;
+}
+
 static cau_result render_prepare(cau_render *r, CauError *err) {
     CAU_TRY(scene_normalise(r->source, r->options.width, r->options.height, &r->scene, err));
     CAU_TRY(set_region(r, err));
@@ -132,6 +152,7 @@ static cau_result render_prepare(cau_render *r, CauError *err) {
     CAU_TRY(aim_create(&r->casters, &r->scene, AIM_CASTERS, err));
     CAU_TRY(aim_create(&r->surfaces, &r->scene, AIM_SURFACES, err));
     if (r->options.estimator != CAU_ESTIMATOR_R) CAU_TRY(bent_create(&r->bent, &r->scene, err));
+    CAU_TRY(make_guides(r, err));
     filter_prepare(&r->filter, r->scene.camera.filter, r->scene.camera.filter_width);
     CAU_TRY(find_waved(r, err));
     return make_groups(r, err);
@@ -218,6 +239,8 @@ void cau_render_destroy(cau_render **render) {
     plan_free(&r->plan);
     aim_free(&r->casters);
     aim_free(&r->surfaces);
+    for (size_t i = 0; r->guides && i < r->scene.light_count; i++) bent_guide_free(&r->guides[i]);
+    free(r->guides);
     bent_free(&r->bent);
     trace_destroy(&r->trace);
     tasks_destroy(&r->pool);

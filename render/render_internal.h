@@ -42,6 +42,7 @@ struct cau_render {
     PixelFilter filter;
     Aim casters, surfaces;
     BentSet bent;
+    BentGuide *guides; /**< [light] where bent mirrors show it; NULL: no mirror bends */
     Plan plan;
     bool planned;
     int region[4];

@@ -46,6 +46,7 @@ static cau_result light_pass(PassState *s, size_t light, int kind, GatherRun *ga
         .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->pass + (uint64_t)kind),
         .photons = kind || plan->photons ? r->photons_per_pass : 0,
         .bent = r->bent.objects ? &r->bent : NULL,
+        .guide = r->guides ? &r->guides[light] : NULL,
         .bent_photons = render_bent_photons(r, light, kind),
         .bent_account = &group->bent[kind],
         .cancel = &r->cancel};

@@ -96,6 +96,7 @@ static cau_result probe_layer(Probe *p, const GatherRun *gather, size_t light, P
         .physical = r->options.physical_radiance,
         .photons = PROBE_PHOTONS,
         .bent = r->bent.objects ? &r->bent : NULL,
+        .guide = r->guides ? &r->guides[light] : NULL,
         .bent_photons = render_bent_found(r, l, owner == OWNER_INDIRECT) ? PROBE_BENT : 0,
         .bent_account = &bent_account,
         .cancel = &r->cancel};

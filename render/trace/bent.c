@@ -9,6 +9,9 @@ enum { BENT_DEPTH_MAX = 256, BENT_ROULETTE_DEPTH = 6 };
 
 #define BENT_ROULETTE_THROUGHPUT 0.2
 
+/* Share of the starts at which a guide, where there is one, says where to look. */
+#define GUIDED_SHARE 0.5
+
 /* An object below this share is left out. */
 #define BENT_SHARE_MIN 1e-3
 
@@ -112,7 +115,7 @@ void bent_free(BentSet *set) {
 
 /* ---- the vertex ---- */
 
-static const BentTriangle *choose_triangle(const BentSet *set, double u, double *probability) {
+static const BentTriangle *choose_triangle(const BentSet *set, double u) {
     const BentTriangle *t = set->mirrors;
     double total = t[set->mirror_count - 1].last, at = u * total;
     size_t low = 0, high = set->mirror_count - 1;
@@ -123,7 +126,6 @@ static const BentTriangle *choose_triangle(const BentSet *set, double u, double 
         else
             low = middle + 1;
     }
-    *probability = (t[low].last - (low ? t[low - 1].last : 0)) / total;
     return &t[low];
 }
 
@@ -277,24 +279,60 @@ static void walk_back(BentWalk *w) {
     }
 }
 
+/* A face and a direction that it is seen from. */
+typedef struct Seen {
+    const BentTriangle *triangle;
+    bool back;
+    double probability; /* of the triangle, where looked for evenly */
+    V3 ng, ns, dir;     /* normals on the side that is seen */
+} Seen;
+
+static void place_on(Seen *s, const BentRun *run, double u, double v, Hit *hit) {
+    double root = sqrt(u);
+    const BentTriangle *t = s->triangle;
+    trace_triangle_point(run->trace, t->object, t->primitive, root * (1 - v), root * v, hit);
+    s->ng = s->back ? v3_neg(hit->ng) : hit->ng;
+    s->ns = s->back ? v3_neg(hit->ns) : hit->ns;
+}
+
+/* Density per area and steradian with which `s` is drawn, by both ways together (balance heuristic with one
+ * sample, Veach and Guibas 1995). */
+static double seen_pdf(const Seen *s, const BentRun *run, const Hit *hit, double guided) {
+    double even = 0.5 * s->probability / s->triangle->area * bent_direction_pdf(s->ng, s->ns, s->dir);
+    if (!(even > 0) || guided == 0) return even;
+    uint64_t face = 2 * (uint64_t)(s->triangle - run->set->mirrors) + s->back;
+    ShadingFrame f = frame_from_hit(hit, s->dir);
+    return (1 - guided) * even +
+           guided * bent_guide_pdf(run->guide, face, s->triangle->area, s->ng, s->ns, f.ns, s->dir);
+}
+
+static double probability_of(const BentSet *set, const BentTriangle *t) {
+    return (t->last - (t > set->mirrors ? t[-1].last : 0)) / set->mirrors[set->mirror_count - 1].last;
+}
+
 bool bent_start(const BentRun *run, uint32_t index, BentStart *out, uint64_t *rays) {
     uint64_t key = rng_combine(run->key, 0x62656e74u);
-    double p[SOBOL_DIMENSIONS], choice[SOBOL_DIMENSIONS], probability;
+    double p[SOBOL_DIMENSIONS], choice[SOBOL_DIMENSIONS];
     sobol_owen_point(index, key, p);
     sobol_owen_point(index, run->key, choice);
-    const BentTriangle *t = choose_triangle(run->set, choice[0], &probability);
-    double root = sqrt(p[0]), v = p[1];
-    trace_triangle_point(run->trace, t->object, t->primitive, root * (1 - v), root * v, &out->hit);
-    bool back = choice[1] < 0.5;
-    V3 ng = back ? v3_neg(out->hit.ng) : out->hit.ng, ns = back ? v3_neg(out->hit.ns) : out->hit.ns;
-    double measure = bent_direction(ng, ns, p[2], p[3], &out->dir);
-    if (!(measure > 0) || !normal_bends(ng, ns, out->dir)) return false;
+    double guided = run->guide && run->guide->count ? GUIDED_SHARE : 0;
+    const BentSeed *seed = NULL;
+    if (choice[2] < guided) seed = &run->guide->seeds[(size_t)(choice[0] * (double)run->guide->count)];
+    Seen s = {.triangle = seed ? &run->set->mirrors[seed->face / 2] : choose_triangle(run->set, choice[0]),
+        .back = seed ? seed->face % 2 : choice[1] < 0.5};
+    s.probability = probability_of(run->set, s.triangle);
+    place_on(&s, run, p[0], p[1], &out->hit);
+    bool drawn = seed ? bent_guide_direction(seed, s.ng, s.ns, p[2], p[3], &s.dir)
+                      : bent_direction(s.ng, s.ns, p[2], p[3], &s.dir) > 0;
+    double pdf = drawn ? seen_pdf(&s, run, &out->hit, guided) : 0;
+    if (!(pdf > 0)) return false;
+    out->dir = s.dir;
     BentWalk w = {.run = run,
         .out = out,
         .numbers = path_numbers(rng_combine(key, 1), index),
         .throughput = rgb_grey(1),
         .rays = rays};
     walk_back(&w);
-    out->flux = rgb_scale(out->flux, w.found * 2 * measure * t->area / probability);
+    out->flux = rgb_scale(out->flux, w.found * v3_dot(s.dir, s.ng) / pdf);
     return w.found > 0;
 }

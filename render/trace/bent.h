@@ -10,13 +10,15 @@
  *  - a smooth mirror: all that it shows comes from one height over the face, so a photon that arrives along a
  * given line would find it with probability zero. Of a path's vertices of this kind the one nearest to the
  * receiver is drawn (bent_start()), with the direction that it is seen from; the light is looked for
- * backwards from there, as an eye path would; and what is found goes on from there as a photon.
+ * backwards from there, as an eye path would, mostly where light of the lamp has been seen to graze the face
+ * (BentGuide); and what is found goes on from there as a photon.
  *
  *  Photons that scatter by an unbent normal leave out what would bend it (`FluxAccount.bent`), so each path
  * is made once. */
 #ifndef RENDER_TRACE_BENT_H
 #define RENDER_TRACE_BENT_H
 
+#include "render/emit/emit.h"
 #include "render/trace/path.h"
 
 typedef struct BentTriangle {
@@ -43,9 +45,23 @@ typedef struct BentSet {
 cau_result bent_create(BentSet *out, const Scene *scene, CauError *err);
 void bent_free(BentSet *set);
 
+/** A smooth surface's face that light of a lamp grazes. */
+typedef struct BentSeed {
+    uint64_t face; /**< 2 * index in BentSet.mirrors, + 1 for the back */
+    float azimuth; /**< of the direction towards the light, about the normal of that side, radians */
+} BentSeed;
+
+/** Where in bent mirrors a lamp can be found, learned from light that comes from it; see bent_guide.c. Empty:
+ *  it is looked for evenly. */
+typedef struct BentGuide {
+    BentSeed *seeds; /**< in the order of the faces, owned */
+    size_t count;
+} BentGuide;
+
 /** What a search for light needs to know of its run. */
 typedef struct BentRun {
     const BentSet *set;
+    const BentGuide *guide; /**< of this light; NULL: none */
     const Scene *scene;
     const TraceScene *trace;
     const Light *light;
@@ -61,6 +77,18 @@ typedef struct BentStart {
     Rgb flux;           /**< of this one photon; the caller divides by their number */
     Chain chain, first; /**< light-side chain with this vertex; its scattering next to the light */
 } BentStart;
+
+/** Sends photons of the run's light (its `guide` is not looked at) and notes what they graze. Deterministic.
+ */
+cau_result bent_guide_create(BentGuide *out, const BentRun *run, const Aim *casters, CauError *err);
+void bent_guide_free(BentGuide *guide);
+/** Draws a direction in which the face is seen to mirror light like the seed's: evenly in its azimuth and in
+ * the bent normal between ng and ns. False: none. */
+bool bent_guide_direction(const BentSeed *seed, V3 ng, V3 ns, double u, double v, V3 *dir);
+/** The density, per area and steradian, with which a seed drawn evenly, a place drawn evenly on its face and
+ * that function give a place on this face and dir. `bent`: the normal as seen from dir. area: of the
+ * triangle. */
+double bent_guide_pdf(const BentGuide *guide, uint64_t face, double area, V3 ng, V3 ns, V3 bent, V3 dir);
 
 /** Photon `index` of the stream. False: no light was found; it still counts. Adds to *rays. Any thread. */
 bool bent_start(const BentRun *run, uint32_t index, BentStart *out, uint64_t *rays);

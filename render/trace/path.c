@@ -1,13 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/trace/path.h"
 
-/* Cycles bends the normal of every closure so that the mirror direction of wi stays at least this high over
- * the surface (ensure_valid_reflection() of Cycles 3.4; checked by measurement: without it the glass of scene
- * d is 15 standard errors off in places). */
-#define MIRROR_HEIGHT 0.01
-/* ... but never higher than this share of wi's own height. */
-#define MIRROR_SHARE 0.9
-
 bool normal_bends(V3 ng, V3 ns, V3 wi) {
     double z = v3_dot(wi, ng);
     return 2 * v3_dot(ns, wi) * v3_dot(ns, ng) - z < fmin(MIRROR_SHARE * z, MIRROR_HEIGHT);

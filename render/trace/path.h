@@ -69,6 +69,13 @@ static inline bool bounces_allow(
            (b->total < 0 || diffuse + glossy + transmission <= b->total);
 }
 
+/** Cycles bends the normal of every closure so that the mirror direction of wi stays at least this high over
+ * the surface (ensure_valid_reflection() of Cycles 3.4; checked by measurement: without it the glass of scene
+ * d is 15 standard errors off in places). */
+#define MIRROR_HEIGHT 0.01
+/** That least height is never more than this share of wi's own. */
+#define MIRROR_SHARE 0.9
+
 /** The frame of a hit as seen from wi, which points away from the surface. Where an interpolated normal would
  *  mirror wi into the surface it is bent towards the geometric one, as Cycles does (shading_bend() in
  * path.c). */

@@ -298,6 +298,7 @@ static void lamp_photon(const PhotonRun *run, PhotonBatch *b, uint32_t i) {
 /* Backwards an eye path, from there on a photon: no correction, no index yet. */
 static void bent_photon(const PhotonRun *run, PhotonBatch *b, uint32_t i) {
     BentRun search = {.set = run->bent,
+        .guide = run->guide,
         .scene = run->scene,
         .trace = run->trace,
         .light = run->light,

@@ -60,6 +60,7 @@ typedef struct PhotonRun {
     uint64_t key;              /**< random stream of this run */
     uint32_t photons;          /**< how many are emitted; may be 0 */
     const BentSet *bent;       /**< normals that bend; NULL: none do */
+    const BentGuide *guide;    /**< where they find the light; NULL: they look evenly */
     uint32_t bent_photons;     /**< how many photons start there besides; 0 with bent NULL */
     FluxAccount *bent_account; /**< theirs; added to */
     const atomic_bool *cancel;
