@@ -249,7 +249,6 @@ static cau_result probe_wave(const Probe *p, size_t light, size_t object, WaveCo
     CAU_TRY(wave_probe(&run, (int)object, &found, err));
     double all = found.left + found.landed;
     *cost = (WaveCost){(double)found.rays / (double)found.corners, all > 0 ? found.left / all : 0};
-    if (!plan_wave_pays(cost)) r->waved[object] = false;
     return CAU_OK;
 }
 

@@ -71,7 +71,8 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
 #define WAVE_BLUR_MAX 1.25
 #define WAVE_BLUR_PRICE_MAX 0.0125
 /* What W leaves to photons falls with its rays as slowly as any photon's light does, and it pays so many more
- * rays for each; so beyond this product of rays per corner and share left photons are quicker. */
+ * rays for each; so beyond this product of rays per corner and share left photons are quicker. It is the mean
+ * over a light's smooth casters: one estimator for all of them, or the light would pay for both. */
 #define WAVE_PRICE_MAX 25.0
 /* Photons that start at bent normals per ray of estimator W: this many when they carry this share of the
  * light, fewer with the square root of what they carry (the variance of a sum of such photons goes with it),
