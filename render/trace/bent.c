@@ -129,22 +129,22 @@ static const BentTriangle *choose_triangle(const BentSet *set, double u) {
     return &t[low];
 }
 
-/* A direction that bends the normal, evenly in the projected solid angle; returns what of it there is.
+/* A direction that bends the normal, evenly in the projected solid angle.
  * Over the disk of directions seen along ng, with x towards the normal, they are those with x below -r cos a,
  * where r = sqrt(1 - y^2) and a = bend_elevation(): a strip as wide as (1 - cos a) / 2 of the disk's chord at
  * y. */
-double bent_direction(V3 ng, V3 ns, double u, double v, V3 *dir) {
+bool bent_direction(V3 ng, V3 ns, double u, double v, V3 *dir) {
     double cosine = v3_dot(ns, ng), x, y;
     V3 side = v3_mad(ns, -cosine, ng);
     double sine = v3_length(side);
-    if (!(sine > 1e-9)) return 0;
+    if (!(sine > 1e-9)) return false;
     side = v3_scale(side, 1 / sine);
     sample_disk(u, v, &x, &y);
     double r = sqrt(fmax(0, 1 - y * y)), strip = 0.5 * (1 - cos(bend_elevation(atan2(sine, cosine), r)));
     x = -r + (x + r) * strip;
     V3 local = v3(x, y, sqrt(fmax(0, 1 - x * x - y * y)));
     *dir = v3_normalize(v3_from_frame(local, side, v3_cross(ng, side), ng));
-    return CAU_PI * strip;
+    return strip > 0;
 }
 
 double bent_direction_pdf(V3 ng, V3 ns, V3 dir) {
@@ -323,7 +323,7 @@ bool bent_start(const BentRun *run, uint32_t index, BentStart *out, uint64_t *ra
     s.probability = probability_of(run->set, s.triangle);
     place_on(&s, run, p[0], p[1], &out->hit);
     bool drawn = seed ? bent_guide_direction(seed, s.ng, s.ns, p[2], p[3], &s.dir)
-                      : bent_direction(s.ng, s.ns, p[2], p[3], &s.dir) > 0;
+                      : bent_direction(s.ng, s.ns, p[2], p[3], &s.dir);
     double pdf = drawn ? seen_pdf(&s, run, &out->hit, guided) : 0;
     if (!(pdf > 0)) return false;
     out->dir = s.dir;

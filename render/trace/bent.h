@@ -93,9 +93,8 @@ double bent_guide_pdf(const BentGuide *guide, uint64_t face, double area, V3 ng,
 /** Photon `index` of the stream. False: no light was found; it still counts. Adds to *rays. Any thread. */
 bool bent_start(const BentRun *run, uint32_t index, BentStart *out, uint64_t *rays);
 
-/** A direction that bends the normal ns, evenly in the projected solid angle. Returns what of that there is;
- * 0: none. */
-double bent_direction(V3 ng, V3 ns, double u, double v, V3 *dir);
+/** Draws a direction that bends the normal ns, evenly in the projected solid angle. False: there is none. */
+bool bent_direction(V3 ng, V3 ns, double u, double v, V3 *dir);
 /** Per steradian, the density with which it would draw dir. */
 double bent_direction_pdf(V3 ng, V3 ns, V3 dir);
 

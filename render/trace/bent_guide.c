@@ -4,6 +4,7 @@
  * thousands finds any, and a picture would lack it until a firefly brings it. Light that comes from the lamp
  * tells which faces it grazes, and from where. */
 #include "render/trace/bent.h"
+#include "render/trace/bent_between.h"
 
 #include "core/checked.h"
 #include "core/rng.h"
@@ -18,14 +19,6 @@ enum { GUIDE_FIRST = 1 << 13, GUIDE_PHOTONS = 1 << 17, GUIDE_DEPTH = 16 };
 #define AZIMUTH_WIDTH 0.1
 /* ... or, with this chance, its face alone. */
 #define ANY_AZIMUTH 0.25
-
-static V3 side_of(V3 ng, V3 ns, double *tilt) {
-    double cosine = v3_dot(ns, ng);
-    V3 side = v3_mad(ns, -cosine, ng);
-    double sine = v3_length(side);
-    *tilt = sine > 1e-6 ? atan2(sine, cosine) : 0;
-    return sine > 1e-6 ? v3_scale(side, 1 / sine) : side;
-}
 
 static double azimuth_of(V3 ng, V3 w) {
     V3 x, y;
@@ -126,14 +119,12 @@ void bent_guide_free(BentGuide *guide) {
 /* ---- using it ---- */
 
 bool bent_guide_direction(const BentSeed *seed, V3 ng, V3 ns, double u, double v, V3 *dir) {
-    double tilt;
-    V3 side = side_of(ng, ns, &tilt), turned;
-    if (!(tilt > 0)) return false;
+    Between b;
+    if (!between(ng, ns, &b)) return false;
     double azimuth = u < ANY_AZIMUTH ? 2 * CAU_PI * u / ANY_AZIMUTH
                                      : (double)seed->azimuth +
                                            AZIMUTH_WIDTH * (2 * (u - ANY_AZIMUTH) / (1 - ANY_AZIMUTH) - 1);
-    V3 light = grazing_light(ng, azimuth, &turned);
-    V3 n = v3_mad(v3_scale(side, sin(v * tilt)), cos(v * tilt), ng);
+    V3 turned, light = grazing_light(ng, azimuth, &turned), n = normal_between(&b, v * b.tilt);
     *dir = v3_normalize(v3_mad(v3_neg(light), 2 * v3_dot(n, light), n));
     return v3_dot(n, light) > 0 && v3_dot(*dir, ng) * MIRROR_SHARE > MIRROR_HEIGHT;
 }
@@ -159,18 +150,18 @@ static double azimuth_pdf(const BentGuide *guide, uint64_t face, double azimuth)
 }
 
 double bent_guide_pdf(const BentGuide *guide, uint64_t face, double area, V3 ng, V3 ns, V3 bent, V3 dir) {
-    double tilt;
-    V3 side = side_of(ng, ns, &tilt), light = v3_mad(v3_neg(dir), 2 * v3_dot(bent, dir), bent), turned;
+    Between b;
+    V3 light = v3_mad(v3_neg(dir), 2 * v3_dot(bent, dir), bent), turned;
     /* From lower down it shows what is lower still. */
-    if (!(tilt > 0) || !(v3_dot(dir, ng) * MIRROR_SHARE > MIRROR_HEIGHT)) return 0;
+    if (!between(ng, ns, &b) || !(v3_dot(dir, ng) * MIRROR_SHARE > MIRROR_HEIGHT)) return 0;
     double azimuth = azimuth_of(ng, light);
     double drawn = azimuth_pdf(guide, face, azimuth);
     if (!(drawn > 0)) return 0;
     light = grazing_light(ng, azimuth, &turned);
-    double t = atan2(v3_dot(bent, side), v3_dot(bent, ng)), facing = v3_dot(bent, light);
-    V3 tipped = v3_mad(v3_scale(side, cos(t)), -sin(t), ng); /* the normal's derivative by t */
+    double t = atan2(v3_dot(bent, b.side), v3_dot(bent, ng)), facing = v3_dot(bent, light);
+    V3 tipped = v3_mad(v3_scale(b.side, cos(t)), -sin(t), ng); /* the normal's derivative by t */
     V3 by_t = v3_mad(v3_scale(bent, 2 * v3_dot(tipped, light)), 2 * facing, tipped);
     V3 by_azimuth = v3_mad(v3_neg(turned), 2 * v3_dot(bent, turned), bent);
     double spread = fabs(v3_dot(dir, v3_cross(by_t, by_azimuth))); /* steradians per both */
-    return spread > 0 ? drawn / (tilt * spread * area) : 0;
+    return spread > 0 ? drawn / (b.tilt * spread * area) : 0;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Photons turned by normals that the direction they leave in would bend. */
 #include "render/trace/bent.h"
+#include "render/trace/bent_between.h"
 
 enum { BISECTIONS = 40 };
 
@@ -31,16 +32,6 @@ static bool refract(V3 w, V3 n, double eta, V3 *out) {
     return true;
 }
 
-/* Normals between ng and ns, both on the side where the light goes. */
-typedef struct Between {
-    V3 ng, side;
-    double tilt;
-} Between;
-
-static V3 normal_between(const Between *b, double t) {
-    return v3_add(v3_scale(b->side, sin(t)), v3_scale(b->ng, cos(t)));
-}
-
 static double mirror_height(V3 ng, V3 n, V3 w) { return 2 * v3_dot(n, w) * v3_dot(n, ng) - v3_dot(w, ng); }
 
 /* Light refracted by the normal at t leaves so low that it would bend it further, or not at all. */
@@ -69,16 +60,6 @@ static double find_through(const Between *b, V3 wi, double reach, BentTurn *out)
     }
     out->through = v3_neg(normal_between(b, low));
     return CROSS_SHARP;
-}
-
-/* Normals from ng to ns. False: they are the same. */
-static bool between(V3 ng, V3 ns, Between *out) {
-    double cosine = v3_dot(ns, ng);
-    V3 side = v3_mad(ns, -cosine, ng);
-    double sine = v3_length(side);
-    if (!(sine > 1e-6)) return false;
-    *out = (Between){ng, v3_scale(side, 1 / sine), atan2(sine, cosine)};
-    return true;
 }
 
 BentTurn bent_prepare(const BentSet *set, const Hit *hit, const ShadingFrame *frame, V3 wi) {
@@ -128,7 +109,7 @@ static bool cross_rough(const BentTurn *c, const Hit *hit, const ShadingFrame *f
     const Material *m = hit->material;
     V3 ng = v3_neg(frame->ng), ns = v3_neg(frame->ns), dir;
     if (u[3] < EVEN_CROSS) {
-        if (!(bent_direction(ng, ns, u[0], u[1], &dir) > 0)) return false;
+        if (!bent_direction(ng, ns, u[0], u[1], &dir)) return false;
     } else {
         if (!m->kind->sample(m, &f, wi, u, LOBE_GLOSSY, true, out) || !out->transmit) return false;
         dir = out->wo;
@@ -166,7 +147,7 @@ static bool reflect_rough(const BentTurn *c, const Hit *hit, const ShadingFrame 
     V3 dir;
     if (!between(frame->ng, frame->ns, &b)) return false;
     if (u[3] < EVEN_REFLECT) {
-        if (!(bent_direction(frame->ng, frame->ns, u[0], u[1], &dir) > 0)) return false;
+        if (!bent_direction(frame->ng, frame->ns, u[0], u[1], &dir)) return false;
     } else {
         V3 h = half_sample(&b, c->alpha, u[0], u[1]);
         dir = v3_mad(v3_neg(wi), 2 * v3_dot(wi, h), h);
