@@ -56,7 +56,7 @@ typedef struct Sum {
     const EyePoint *point;
     const Support *support;
     double inverse_r2;
-    V3 normal;
+    V3 normal, edge_per_r;
     Rgb flux, inner; /* times the kernel, and times that of radius r / sqrt(2) */
     uint64_t found;
     int16_t tested[2]; /* the normal tested last, and what came of it: on flat ground it is always the same */
@@ -96,11 +96,13 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     if (s->support->mixed &&
         !support_sees(s->run->trace, s->point, s->support, v3_mad(place, -height, s->normal)))
         return;
-    double kernel = 1 - positive(distance2 - height * height) * s->inverse_r2;
-    if (kernel <= 0) return;
+    double q = positive(distance2 - height * height) * s->inverse_r2;
+    if (q >= 1) return;
+    SupportKernels kernel =
+        support_kernels(s->support, q, v3_dot(v3_sub(place, s->point->position), s->edge_per_r));
     Rgb flux = rgb((double)d->flux[0], (double)d->flux[1], (double)d->flux[2]);
-    s->flux = rgb_add(s->flux, rgb_scale(flux, kernel));
-    if (kernel > 0.5) s->inner = rgb_add(s->inner, rgb_scale(flux, 2 * kernel - 1));
+    s->flux = rgb_add(s->flux, rgb_scale(flux, kernel.outer));
+    if (kernel.inner > 0) s->inner = rgb_add(s->inner, rgb_scale(flux, kernel.inner));
 }
 
 static void add_rgb(double *image, uint32_t pixel, Rgb value) {
@@ -144,7 +146,9 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
         .support = support,
         .inverse_r2 = 1 / (r * r),
         .tested = {INT16_MIN, INT16_MIN}, /* no normal is so */
-        .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2])};
+        .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2]),
+        .edge_per_r = v3_scale(
+            v3((double)support->edge[0], (double)support->edge[1], (double)support->edge[2]), 1 / r)};
     photon_tree_query(job->tree, p->position, r, add_deposit, &sum);
     if (job->out->kernels) add_kernel(job->out->kernels, p, &sum);
     Rgb irradiance = rgb_scale(sum.flux, 1 / support->integral);

@@ -194,38 +194,75 @@ static bool above_sheet(
     return false;
 }
 
-/* Probes spread like the kernel: a spiral of golden-angle steps, turned at random for each point. The
- * kernel's cumulative is c(s) = 2 s - s^2 with s = (d/r)^2, so s = 1 - sqrt(1 - u). */
-static void probe_integral(
-    const TraceScene *trace, const EyePoint *point, Support *support, const Plane *plane, const Near *near) {
-    int seen = 0;
-    double r = support->radius, inner = 0, inner_all = 0;
+typedef struct Probe {
+    double x, y, q; /* in radii, and its squared distance */
+    bool seen;
+} Probe;
+
+/* Spread like the kernel: a spiral of golden-angle steps, turned at random for each point. The kernel's
+ * cumulative is c(q) = 2 q - q^2 with q = (d/r)^2, so q = 1 - sqrt(1 - u). */
+static void probes_send(const TraceScene *trace, const EyePoint *point, const Support *support,
+    const Plane *plane, const Near *near, Probe *probes) {
+    double r = support->radius;
     double cosine = cos(2 * CAU_PI * (double)point->turn), sine = sin(2 * CAU_PI * (double)point->turn);
     for (int i = 0; i < PROBES; i++) {
-        double s = 1 - sqrt(1 - (i + 0.5) / PROBES), d = r * sqrt(s);
-        /* The same probe for the inner kernel, by the ratio of the two. */
-        double weight = fmax(0, 1 - 2 * s) / (1 - s);
-        inner_all += weight;
+        double q = 1 - sqrt(1 - (i + 0.5) / PROBES), d = sqrt(q);
         double x = d * cosine, y = d * sine, turned = cosine * GOLDEN_COSINE - sine * GOLDEN_SINE;
         sine = sine * GOLDEN_COSINE + cosine * GOLDEN_SINE;
         cosine = turned;
-        V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
-        if (near->dense ? !above_sheet(trace, point, plane, place, r) : !on_sheet(near, x, y)) continue;
+        V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, r * x), v3_scale(plane->t, r * y)));
+        bool sheet = near->dense ? above_sheet(trace, point, plane, place, r) : on_sheet(near, r * x, r * y);
         /* Nothing is seen where a caster lies on the surface, so light that a kernel put there would be lost.
          */
-        if (trace_covered(trace, point->object, place, plane->n)) continue;
-        if (!support_sees(trace, point, support, place)) continue;
-        seen++;
-        inner += weight;
+        probes[i] = (Probe){x, y, q,
+            sheet && !trace_covered(trace, point->object, place, plane->n) &&
+                support_sees(trace, point, support, place)};
     }
-    double open = CAU_PI * r * r / 2;
-    support->integral = open * fmax(seen, 1) / PROBES;
+}
+
+/* A disk cut by a straight line at distance t keeps a kernel whose centre of mass lies 8 / (15 pi) (1 -
+ * t^2)^(5/2) of the whole kernel's mass from the middle. What is missing on all sides has none, and no line.
+ */
+static void find_edge(Support *support, const Plane *plane, const Probe *probes) {
+    double x = 0, y = 0;
+    for (int i = 0; i < PROBES; i++)
+        if (!probes[i].seen) {
+            x += probes[i].x / PROBES;
+            y += probes[i].y / PROBES;
+        }
+    double moment = hypot(x, y);
+    if (moment == 0) return;
+    support->edge_distance = (float)sqrt(positive(1 - pow(15 * CAU_PI / 8 * moment, 0.4)));
+    V3 edge = v3_scale(v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)), 1 / moment);
+    support->edge[0] = (float)edge.x;
+    support->edge[1] = (float)edge.y;
+    support->edge[2] = (float)edge.z;
+}
+
+static void probe_integral(
+    const TraceScene *trace, const EyePoint *point, Support *support, const Plane *plane, const Near *near) {
+    Probe probes[PROBES];
+    probes_send(trace, point, support, plane, near, probes);
+    find_edge(support, plane, probes);
+    V3 edge = v3((double)support->edge[0], (double)support->edge[1], (double)support->edge[2]);
+    double ex = v3_dot(edge, plane->s), ey = v3_dot(edge, plane->t), outer = 0, inner = 0, inner_all = 0;
+    for (int i = 0; i < PROBES; i++) {
+        const Probe *p = &probes[i];
+        double density = 1 - p->q;
+        inner_all += positive(1 - 2 * p->q) / density;
+        if (!p->seen) continue;
+        SupportKernels k = support_kernels(support, p->q, p->x * ex + p->y * ey);
+        outer += k.outer / density;
+        inner += k.inner / density;
+    }
+    double open = CAU_PI * square(support->radius) / 2;
+    support->integral = open * fmax(outer, 1) / PROBES;
     support->inner = open / 2 * fmax(inner, 1) / inner_all;
 }
 
 void support_find(const TraceScene *trace, const EyePoint *point, double radius, Support *out) {
     double open = CAU_PI * radius * radius / 2;
-    *out = (Support){.radius = radius, .integral = open, .inner = open / 2};
+    *out = (Support){.radius = radius, .integral = open, .inner = open / 2, .edge_distance = 1};
     NearTriangle found[NEAR_MAX];
     size_t count = trace_collect(trace, point->position, radius, found, NEAR_MAX);
     Plane plane = {

@@ -6,7 +6,13 @@
  * of it is behind a wall; both would darken the rim, and the floor behind the wall would leak. So the kernel
  * is normalised by its integral over the triangles that are there (exact, closed form), and where something
  * rises out of the disk, by probes that test what is hidden from the point; photons are tested likewise.
- * Where a caster lies on the surface nothing is seen, and the surface ends there too. */
+ * Where a caster lies on the surface nothing is seen, and the surface ends there too.
+ *
+ * Dividing by the area alone keeps evenly lit surfaces right, but not the flux: of light that lies along such
+ * an edge, eye points within a radius know it as their own and those farther off as one part of a whole disk,
+ * a third of it less in all. So where there are probes, photons count a second time from where the edge
+ * mirrors them (the reflection method of density estimation; Silverman 1986, 2.10): exact in flux and on even
+ * light for a straight edge. */
 #ifndef RENDER_GATHER_SUPPORT_H
 #define RENDER_GATHER_SUPPORT_H
 
@@ -16,7 +22,9 @@ typedef struct Support {
     double radius;
     double integral; /**< of the kernel 1 - (d/r)^2 over the surface; pi r^2 / 2 on an open plane */
     double inner;    /**< the same of the kernel of radius r / sqrt(2), which tells the bias of the other */
-    bool mixed;      /**< something stands in the disk: photons must pass support_sees() */
+    float edge[3];   /**< mixed: unit, towards the straight edge that what is missing is most like */
+    float edge_distance; /**< of that edge, in radii; 1: none */
+    bool mixed;          /**< something stands in the disk: photons must pass support_sees() */
     bool layered; /**< one sheet may lie over another (tiles): lower photons must not be support_hidden() */
 } Support;
 
@@ -34,6 +42,24 @@ bool support_hidden(
 #define SUPPORT_HEIGHT 0.25
 /** Smallest cosine between its normal and the point's. */
 #define SUPPORT_COSINE 0.5
+
+/** Photons' weights by both kernels. */
+typedef struct SupportKernels {
+    double outer, inner;
+} SupportKernels;
+
+/** At a place on the surface at the squared distance q from the point, `along` of it towards the edge; in
+ * radii. */
+static inline SupportKernels support_kernels(const Support *support, double q, double along) {
+    SupportKernels k = {positive(1 - q), positive(1 - 2 * q)};
+    if (support->edge_distance < 1) {
+        double distance = (double)support->edge_distance;
+        double mirrored = q + 4 * distance * positive(distance - along);
+        k.outer += positive(1 - mirrored);
+        k.inner += positive(1 - 2 * mirrored);
+    }
+    return k;
+}
 
 /** Integral of 1 - (d/r)^2 over the part of a triangle inside the disk of radius r around the origin, for a
  *  triangle given in the plane; signed by orientation. Exposed for its test. */
