@@ -70,11 +70,13 @@ EFFECTS = {
         ("render/trace/bent.c", "bent_create", "*out = (BentSet){0}; return CAU_OK;")]),
     "faces in one place": (standing, PHOTONS, [
         ("render/trace/embree_build.c", "find_contacts", ""),
-        ("render/trace/embree.c", "nearest", "return query(s, s->rtc, ray, 0, INFINITY, hit);")]),
+        ("render/trace/embree.c", "nearest", "return settled(s, ray, hit);")]),
+    "light along what stands on a receiver": (standing, PHOTONS, [
+        ("render/gather/support.h", "support_mirror", "")]),
     "wavefronts": (None, PHOTONS, [
         ("render/trace/photons.c", "wave_goes_on", "return false;"),
         ("render/render.c", "make_view", "return CAU_OK;"),
-        ("render/render_passes.c", "light_wave", "return CAU_OK;"),
+        ("render/render_waves.c", "waves_draw", "return CAU_OK;"),
         ("render/render_probe.c", "probe_waves", "return CAU_OK;")]),
     "objects hidden from some rays": (hidden, PHOTONS, [
         ("render/trace/embree.c", "trace_nearest", "return nearest(s, ray, hit);")]),
@@ -82,7 +84,7 @@ EFFECTS = {
         ("render/trace/embree.c", "trace_transmittance", "return rgb_grey(trace_anything_between(s, ray) ? 0 : 1);")]),
     "bounce limits": (limits, PHOTONS, [
         ("render/trace/photons.c", "within_limits", "return true;"),
-        ("render/gather/photon_gather.c", "bounces_pass", "return true;")]),
+        ("render/gather/photon_gather.c", "bounces_limited", "return false;")]),
 }
 
 

@@ -61,10 +61,14 @@ typedef struct Sum {
     uint64_t found;
     int16_t tested[2]; /* the normal tested last, and what came of it: on flat ground it is always the same */
     bool faces;
+    bool limited; /* in its bounces */
 } Sum;
 
+static bool bounces_limited(const BounceParams *b) {
+    return b->total >= 0 || b->diffuse >= 0 || b->glossy >= 0 || b->transmission >= 0;
+}
+
 static bool bounces_pass(const BounceParams *b, const EyePoint *p, const Deposit *d) {
-    if (b->total < 0 && b->diffuse < 0 && b->glossy < 0 && b->transmission < 0) return true;
     return bounces_allow(
         b, d->diffuse + 1u, (unsigned)d->glossy + p->glossy, (unsigned)d->transmission + p->transmission);
 }
@@ -89,17 +93,17 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     /* The same surface only: by side and normal, by height, and by what stands in between. */
     if (fabs(height) > SUPPORT_HEIGHT * r) return;
     if (!faces_alike(s, d->normal)) return;
-    if (!bounces_pass(&s->run->scene->bounces, s->point, d)) return;
+    if (s->limited && !bounces_pass(&s->run->scene->bounces, s->point, d)) return;
     if (s->support->layered && height < -HIDDEN_LEAST * r &&
         support_hidden(s->run->trace, s->point, s->support, place, -height))
         return;
-    if (s->support->mixed &&
-        !support_sees(s->run->trace, s->point, s->support, v3_mad(place, -height, s->normal)))
-        return;
     double q = positive(distance2 - height * height) * s->inverse_r2;
     if (q >= 1) return;
-    SupportKernels kernel =
-        support_kernels(s->support, q, v3_dot(v3_sub(place, s->point->position), s->edge_per_r));
+    SupportKernels kernel = support_kernels(q);
+    if (s->support->mixed) {
+        if (!support_sees(s->run->trace, s->point, s->support, v3_mad(place, -height, s->normal))) return;
+        support_mirror(s->support, q, v3_dot(v3_sub(place, s->point->position), s->edge_per_r), &kernel);
+    }
     Rgb flux = rgb((double)d->flux[0], (double)d->flux[1], (double)d->flux[2]);
     s->flux = rgb_add(s->flux, rgb_scale(flux, kernel.outer));
     if (kernel.inner > 0) s->inner = rgb_add(s->inner, rgb_scale(flux, kernel.inner));
@@ -146,6 +150,7 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
         .support = support,
         .inverse_r2 = 1 / (r * r),
         .tested = {INT16_MIN, INT16_MIN}, /* no normal is so */
+        .limited = bounces_limited(&job->run->scene->bounces),
         .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2]),
         .edge_per_r = v3_scale(
             v3((double)support->edge[0], (double)support->edge[1], (double)support->edge[2]), 1 / r)};

@@ -251,7 +251,8 @@ static void probe_integral(
         double density = 1 - p->q;
         inner_all += positive(1 - 2 * p->q) / density;
         if (!p->seen) continue;
-        SupportKernels k = support_kernels(support, p->q, p->x * ex + p->y * ey);
+        SupportKernels k = support_kernels(p->q);
+        support_mirror(support, p->q, p->x * ex + p->y * ey, &k);
         outer += k.outer / density;
         inner += k.inner / density;
     }

@@ -48,17 +48,18 @@ typedef struct SupportKernels {
     double outer, inner;
 } SupportKernels;
 
-/** At a place on the surface at the squared distance q from the point, `along` of it towards the edge; in
- * radii. */
-static inline SupportKernels support_kernels(const Support *support, double q, double along) {
-    SupportKernels k = {positive(1 - q), positive(1 - 2 * q)};
-    if (support->edge_distance < 1) {
-        double distance = (double)support->edge_distance;
-        double mirrored = q + 4 * distance * positive(distance - along);
-        k.outer += positive(1 - mirrored);
-        k.inner += positive(1 - 2 * mirrored);
-    }
-    return k;
+/** At the squared distance q from the point, in radii. */
+static inline SupportKernels support_kernels(double q) {
+    return (SupportKernels){positive(1 - q), positive(1 - 2 * q)};
+}
+
+/** Adds those of the mirror image of a place that is `along` radii towards the edge; of a mixed support. */
+static inline void support_mirror(const Support *support, double q, double along, SupportKernels *sum) {
+    double distance = (double)support->edge_distance;
+    if (distance >= 1) return;
+    SupportKernels mirrored = support_kernels(q + 4 * distance * positive(distance - along));
+    sum->outer += mirrored.outer;
+    sum->inner += mirrored.inner;
 }
 
 /** Integral of 1 - (d/r)^2 over the part of a triangle inside the disk of radius r around the origin, for a

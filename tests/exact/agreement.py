@@ -68,7 +68,7 @@ def casters_shown(path, size):
     scene.update(lights=[], world={"color": [1, 1, 1], "strength": 1})
     with tempfile.TemporaryDirectory(prefix="caustics_exact_") as folder:
         shown = os.path.join(folder, "scene.json")
-        os.symlink(os.path.join(os.path.dirname(path), "meshes"), os.path.join(folder, "meshes"))
+        shutil.copytree(os.path.join(os.path.dirname(path), "meshes"), os.path.join(folder, "meshes"))
         with open(shown, "w") as file:
             json.dump(scene, file)
         beauty = run(shown, "--estimator", "R", "--photons", 64 * size[0] * size[1], "--layers", "beauty",
