@@ -2,7 +2,7 @@
 #include "render/gather/support.h"
 
 /* Meshes so fine that a disk holds more triangles are looked at by rays alone. */
-enum { NEAR_MAX = 192, PROBES = 24, SLAB_HITS = 16 };
+enum { NEAR_MAX = 192, PROBES = 24, UNION_PLACES = 96, SLAB_HITS = 16 };
 
 /* Of the golden angle, the other way round: 2 pi times 0.618. */
 #define GOLDEN_COSINE (-0.7373688780783199)
@@ -10,6 +10,9 @@ enum { NEAR_MAX = 192, PROBES = 24, SLAB_HITS = 16 };
 
 /* Lift of visibility tests over the surface, in radii. */
 #define LIFT 0.02
+
+/* Of the integrals, as a share of the disk. */
+#define ROUNDING 1e-6
 
 /* ---- the kernel over a polygon: one signed wedge per edge, as seen from the centre ---- */
 
@@ -94,10 +97,11 @@ static bool overlaps(const V3 *q, double r) {
     return d2 <= r * r;
 }
 
-/* Height of the triangle over the plane at the place nearest the centre, and its highest corner. */
 typedef struct Patch {
     V3 corner[3]; /* plane coordinates */
     double cosine;
+    double integral; /* of the kernel, as seen along the plane's normal */
+    int object;
 } Patch;
 
 /* Same sheet of surface: faces the same way and passes the point within tolerance. */
@@ -107,6 +111,15 @@ static bool same_sheet(const Patch *p, V3 normal, double r) {
     double height = v3_dot(normal, p->corner[0]) / normal.z;
     double slope = sqrt(fmax(0, 1 - square(normal.z))) / normal.z;
     return fabs(height) <= SUPPORT_HEIGHT * r + slope * r;
+}
+
+static double patch_integral(const Patch *p, double r) {
+    double q[3][2];
+    for (int k = 0; k < 3; k++) {
+        q[k][0] = p->corner[k].x;
+        q[k][1] = p->corner[k].y;
+    }
+    return fabs(disk_triangle_integral(q[0], q[1], q[2], r));
 }
 
 typedef struct Near {
@@ -128,7 +141,7 @@ static void sort_out(const NearTriangle *found, size_t count, const Plane *plane
                 near->blockers = true;
             continue;
         }
-        Patch p = {{on_plane(plane, f->a), on_plane(plane, f->b), on_plane(plane, f->c)}, 0};
+        Patch p = {{on_plane(plane, f->a), on_plane(plane, f->b), on_plane(plane, f->c)}, 0, 0, f->object};
         if (!overlaps(p.corner, r)) continue;
         V3 n = v3_cross(v3_sub(p.corner[1], p.corner[0]), v3_sub(p.corner[2], p.corner[0]));
         double length = v3_length(n);
@@ -137,6 +150,8 @@ static void sort_out(const NearTriangle *found, size_t count, const Plane *plane
         p.cosine = n.z;
         bool own = f->object == point->object && f->primitive == point->primitive;
         if (own || same_sheet(&p, n, r)) {
+            if (!f->receives) continue;
+            p.integral = patch_integral(&p, r);
             near->sheet[near->sheets++] = p;
             continue;
         }
@@ -145,25 +160,49 @@ static void sort_out(const NearTriangle *found, size_t count, const Plane *plane
     }
 }
 
-static double sheet_integral(const Near *near, double r) {
+/* Of one object's sheets, or of all. */
+enum { ALL_OBJECTS = -1 };
+static bool of_object(const Patch *p, int object) { return object == ALL_OBJECTS || p->object == object; }
+
+static double sheets_sum(const Near *near, int object) {
     double sum = 0;
-    for (size_t i = 0; i < near->sheets; i++) {
-        const Patch *p = &near->sheet[i];
-        double q[3][2];
-        for (int k = 0; k < 3; k++) {
-            q[k][0] = p->corner[k].x;
-            q[k][1] = p->corner[k].y;
-        }
-        sum += fabs(disk_triangle_integral(q[0], q[1], q[2], r)) / fmax(p->cosine, SUPPORT_COSINE);
-    }
+    for (size_t i = 0; i < near->sheets; i++)
+        if (of_object(&near->sheet[i], object)) sum += near->sheet[i].integral;
     return sum;
 }
 
-static bool on_sheet(const Near *near, double x, double y) {
-    if (near->full) return true;
-    for (size_t i = 0; i < near->sheets; i++)
-        if (inside(near->sheet[i].corner, x, y)) return true;
-    return false;
+/* On how many sheets a place of the plane is; 2 stands for more, too. */
+static int sheets_at(const Near *near, int object, double x, double y) {
+    if (near->full) return 1;
+    int count = 0;
+    for (size_t i = 0; i < near->sheets && count < 2; i++)
+        count += of_object(&near->sheet[i], object) && inside(near->sheet[i].corner, x, y);
+    return count;
+}
+
+/* ---- places spread like the kernel ---- */
+
+typedef struct Place {
+    double x, y, q; /* in radii, and its squared distance */
+} Place;
+
+/* A spiral of golden-angle steps, turned at random for each point. The kernel's cumulative is c(q) = 2 q -
+ * q^2 with q = (d/r)^2, so q = 1 - sqrt(1 - u). */
+static void places_spread(const EyePoint *point, int count, Place *places) {
+    double cosine = cos(2 * CAU_PI * (double)point->turn), sine = sin(2 * CAU_PI * (double)point->turn);
+    for (int i = 0; i < count; i++) {
+        double q = 1 - sqrt(1 - (i + 0.5) / count), d = sqrt(q);
+        places[i] = (Place){d * cosine, d * sine, q};
+        double turned = cosine * GOLDEN_COSINE - sine * GOLDEN_SINE;
+        sine = sine * GOLDEN_COSINE + cosine * GOLDEN_SINE;
+        cosine = turned;
+    }
+}
+
+/* The narrow kernel's density over the wide one's, by which the places are spread. */
+static double inner_weight(double q) {
+    SupportKernels k = support_kernels(q);
+    return k.inner / k.outer;
 }
 
 bool support_sees(const TraceScene *trace, const EyePoint *point, const Support *support, V3 place) {
@@ -194,41 +233,31 @@ static bool above_sheet(
     return false;
 }
 
-typedef struct Probe {
-    double x, y, q; /* in radii, and its squared distance */
-    bool seen;
-} Probe;
-
-/* Spread like the kernel: a spiral of golden-angle steps, turned at random for each point. The kernel's
- * cumulative is c(q) = 2 q - q^2 with q = (d/r)^2, so q = 1 - sqrt(1 - u). */
+/* Which places can be seen from the point. */
 static void probes_send(const TraceScene *trace, const EyePoint *point, const Support *support,
-    const Plane *plane, const Near *near, Probe *probes) {
+    const Plane *plane, const Near *near, const Place *places, bool *seen) {
     double r = support->radius;
-    double cosine = cos(2 * CAU_PI * (double)point->turn), sine = sin(2 * CAU_PI * (double)point->turn);
     for (int i = 0; i < PROBES; i++) {
-        double q = 1 - sqrt(1 - (i + 0.5) / PROBES), d = sqrt(q);
-        double x = d * cosine, y = d * sine, turned = cosine * GOLDEN_COSINE - sine * GOLDEN_SINE;
-        sine = sine * GOLDEN_COSINE + cosine * GOLDEN_SINE;
-        cosine = turned;
-        V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, r * x), v3_scale(plane->t, r * y)));
-        bool sheet = near->dense ? above_sheet(trace, point, plane, place, r) : on_sheet(near, r * x, r * y);
+        double x = r * places[i].x, y = r * places[i].y;
+        V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
+        bool sheet =
+            near->dense ? above_sheet(trace, point, plane, place, r) : sheets_at(near, ALL_OBJECTS, x, y) > 0;
         /* Nothing is seen where a caster lies on the surface, so light that a kernel put there would be lost.
          */
-        probes[i] = (Probe){x, y, q,
-            sheet && !trace_covered(trace, point->object, place, plane->n) &&
-                support_sees(trace, point, support, place)};
+        seen[i] = sheet && !trace_covered(trace, point->object, place, plane->n) &&
+                  support_sees(trace, point, support, place);
     }
 }
 
 /* A disk cut by a straight line at distance t keeps a kernel whose centre of mass lies 8 / (15 pi) (1 -
  * t^2)^(5/2) of the whole kernel's mass from the middle. What is missing on all sides has none, and no line.
  */
-static void find_edge(Support *support, const Plane *plane, const Probe *probes) {
+static void find_edge(Support *support, const Plane *plane, const Place *places, const bool *seen) {
     double x = 0, y = 0;
     for (int i = 0; i < PROBES; i++)
-        if (!probes[i].seen) {
-            x += probes[i].x / PROBES;
-            y += probes[i].y / PROBES;
+        if (!seen[i]) {
+            x += places[i].x / PROBES;
+            y += places[i].y / PROBES;
         }
     double moment = hypot(x, y);
     if (moment == 0) return;
@@ -241,16 +270,18 @@ static void find_edge(Support *support, const Plane *plane, const Probe *probes)
 
 static void probe_integral(
     const TraceScene *trace, const EyePoint *point, Support *support, const Plane *plane, const Near *near) {
-    Probe probes[PROBES];
-    probes_send(trace, point, support, plane, near, probes);
-    find_edge(support, plane, probes);
+    Place places[PROBES];
+    bool seen[PROBES];
+    places_spread(point, PROBES, places);
+    probes_send(trace, point, support, plane, near, places, seen);
+    find_edge(support, plane, places, seen);
     V3 edge = v3((double)support->edge[0], (double)support->edge[1], (double)support->edge[2]);
     double ex = v3_dot(edge, plane->s), ey = v3_dot(edge, plane->t), outer = 0, inner = 0, inner_all = 0;
     for (int i = 0; i < PROBES; i++) {
-        const Probe *p = &probes[i];
+        const Place *p = &places[i];
         double density = 1 - p->q;
-        inner_all += positive(1 - 2 * p->q) / density;
-        if (!p->seen) continue;
+        inner_all += inner_weight(p->q);
+        if (!seen[i]) continue;
         SupportKernels k = support_kernels(p->q);
         support_mirror(support, p->q, p->x * ex + p->y * ey, &k);
         outer += k.outer / density;
@@ -259,6 +290,59 @@ static void probe_integral(
     double open = CAU_PI * square(support->radius) / 2;
     support->integral = open * fmax(outer, 1) / PROBES;
     support->inner = open / 2 * fmax(inner, 1) / inner_all;
+}
+
+/* ---- nothing rises out of the disk ---- */
+
+static bool sheets_overlap(const EyePoint *point, const Near *near, int object, double r) {
+    Place places[PROBES];
+    places_spread(point, PROBES, places);
+    for (int i = 0; i < PROBES; i++)
+        if (sheets_at(near, object, r * places[i].x, r * places[i].y) > 1) return true;
+    return false;
+}
+
+/* Does one object's surface fill the disk, whatever lies on it? */
+static bool one_fills(const EyePoint *point, const Near *near, double r) {
+    double open = CAU_PI * square(r) / 2;
+    for (size_t i = 0; i < near->sheets; i++) {
+        int object = near->sheet[i].object;
+        size_t first = 0;
+        while (near->sheet[first].object != object) first++;
+        if (first == i && fabs(sheets_sum(near, object) - open) <= ROUNDING * open &&
+            !sheets_overlap(point, near, object, r))
+            return true;
+    }
+    return false;
+}
+
+/* Where one sheet lies over another (grout behind tiles, a block flush with its wall), their areas would
+ * count twice what is seen once: the places that are on any of them are counted instead. */
+static void union_integral(const EyePoint *point, Support *support, const Near *near) {
+    Place places[UNION_PLACES];
+    places_spread(point, UNION_PLACES, places);
+    double outer = 0, inner = 0, inner_all = 0, r = support->radius, open = CAU_PI * square(r) / 2;
+    for (int i = 0; i < UNION_PLACES; i++) {
+        double weight = inner_weight(places[i].q);
+        inner_all += weight;
+        if (sheets_at(near, ALL_OBJECTS, r * places[i].x, r * places[i].y) == 0) continue;
+        outer++;
+        inner += weight;
+    }
+    support->integral = open * fmax(outer, 1) / UNION_PLACES;
+    support->inner = open / 2 * fmax(inner, 1) / inner_all;
+}
+
+/* A sheet that is bent away from the plane has more surface than is seen along the normal. */
+static void sheets_integral(Support *support, const Near *near) {
+    double r = support->radius, open = CAU_PI * square(r) / 2, outer = 0, inner = 0;
+    for (size_t i = 0; i < near->sheets; i++)
+        outer += near->sheet[i].integral / fmax(near->sheet[i].cosine, SUPPORT_COSINE);
+    support->integral = clamp(outer, 0.02 * open, open);
+    if (outer >= (1 - 1e-9) * open) return;
+    for (size_t i = 0; i < near->sheets; i++)
+        inner += patch_integral(&near->sheet[i], r * sqrt(0.5)) / fmax(near->sheet[i].cosine, SUPPORT_COSINE);
+    support->inner = clamp(inner, 0.01 * open, open / 2);
 }
 
 void support_find(const TraceScene *trace, const EyePoint *point, double radius, Support *out) {
@@ -284,13 +368,13 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
     if (!near.dense)
         sort_out(found, count, &plane, point, facing, radius, trace_carries(trace, point->object), &near);
     out->mixed = near.blockers || near.dense;
-    out->layered = near.dense || (!near.full && sheet_integral(&near, radius) > (1 + 1e-6) * open);
-    if (out->mixed) {
+    double seen = near.dense || near.full ? open : sheets_sum(&near, ALL_OBJECTS);
+    bool overlap = fabs(seen - open) > ROUNDING * open && sheets_overlap(point, &near, ALL_OBJECTS, radius);
+    out->layered = near.dense || overlap || seen > (1 + ROUNDING) * open;
+    if (out->mixed)
         probe_integral(trace, point, out, &plane, &near);
-    } else if (!near.full) {
-        double sheet = sheet_integral(&near, radius);
-        out->integral = clamp(sheet, 0.02 * open, open);
-        if (sheet < (1 - 1e-9) * open)
-            out->inner = clamp(sheet_integral(&near, radius * sqrt(0.5)), 0.01 * open, open / 2);
-    }
+    else if (!overlap && !near.full)
+        sheets_integral(out, &near);
+    else if (overlap && !one_fills(point, &near, radius))
+        union_integral(point, out, &near);
 }

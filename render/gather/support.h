@@ -4,9 +4,10 @@
  *
  *  A density estimate divides by the area it looked at. At an edge part of the disk is air, at a corner part
  * of it is behind a wall; both would darken the rim, and the floor behind the wall would leak. So the kernel
- * is normalised by its integral over the triangles that are there (exact, closed form), and where something
- * rises out of the disk, by probes that test what is hidden from the point; photons are tested likewise.
- * Where a caster lies on the surface nothing is seen, and the surface ends there too.
+ * is normalised by its integral over the triangles that are there (exact, closed form; where sheets lie over
+ * one another, places on any of them are counted), and where something rises out of the disk, by probes that
+ * test what is hidden from the point; photons are tested likewise. Where a caster lies on the surface nothing
+ * is seen, and the surface ends there too.
  *
  * Dividing by the area alone keeps evenly lit surfaces right, but not the flux: of light on a straight edge
  * the points around gather ln 2 of it, 31 % too little (the integral of dF / F, F being the part of the

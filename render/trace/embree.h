@@ -75,6 +75,7 @@ typedef struct NearTriangle {
     int object;
     uint32_t primitive;
     bool exact;
+    bool receives; /**< caustic light that falls on its object is kept */
 } NearTriangle;
 
 /** Collects the primitives whose box overlaps the ball, at most `capacity`. Returns how many were found;

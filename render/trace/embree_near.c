@@ -28,7 +28,8 @@ static bool collect(struct RTCPointQueryFunctionArguments *a) {
     }
     if (c->count > c->capacity) return false;
     NearTriangle *t = &c->out[c->count++];
-    *t = (NearTriangle){.object = (int)a->geomID, .primitive = a->primID, .exact = o->exact};
+    *t = (NearTriangle){
+        .object = (int)a->geomID, .primitive = a->primID, .exact = o->exact, .receives = o->receives};
     if (o->exact) return false;
     embree_corners(c->trace->corners[a->geomID], a->primID, &t->a, &t->b, &t->c);
     return false;

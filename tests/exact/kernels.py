@@ -16,19 +16,23 @@ def irradiance(s, seed, photons=PHOTONS):
 
 
 def square(check):
-    """Evenly lit square, the picture's edges are its edges: edge and corner pixels within 2 % of the centre."""
-    n = 16
-    s = scene(down_camera(0, 0, 0.5, 1, [n, n]), [plane("Square", [1, 1], [0, 0, 0]), plane("Sheet", [1.1, 1.1], [0, 0, 1], "air")],
-              [sun([0, 0, -1])])
-    edges, corners, centres = [], [], []
-    for seed in range(1, 9):
-        e = irradiance(s, seed)
-        centres.append(e[4:12, 4:12].mean())
-        edges.append(np.mean([e[0, 2:-2], e[-1, 2:-2], e[2:-2, 0], e[2:-2, -1]]))
-        corners.append(np.mean([e[0, 0], e[0, -1], e[-1, 0], e[-1, -1]]))
-    check.close("square, centre", Figure(centres), 1.0, 0.002, 0.004)
-    check.close("square, edge pixels", Figure(edges), 1.0, 0.02, 0.007)
-    check.close("square, corner pixels", Figure(corners), 1.0, 0.02, 0.01)
+    """Evenly lit square, the picture's edges are its edges: edge and corner pixels within 2 % of the centre. Another one just
+    behind it (grout behind tiles) or in the same plane (a wall and the block that stands on it) adds no surface to see."""
+    n, tile = 16, [[x, y] for x in (-0.25, 0.25) for y in (-0.25, 0.25)]
+    front = [plane("Square", [1, 1], [0, 0, 0])]
+    tiles = [plane(f"Tile{i}", [0.49, 0.49], [x, y, 0.002]) for i, (x, y) in enumerate(tile)]
+    for name, objects in (("square", front), ("square before another", front + [plane("Below", [1, 1], [0, 0, -0.002])]),
+                          ("two squares in one plane", front + [plane("Same", [1, 1], [0, 0, 0])]), ("tiles", front + tiles)):
+        s = scene(down_camera(0, 0, 0.5, 1, [n, n]), objects + [plane("Sheet", [1.1, 1.1], [0, 0, 1], "air")], [sun([0, 0, -1])])
+        edges, corners, centres = [], [], []
+        for seed in range(1, 9):
+            e = irradiance(s, seed)
+            centres.append(e[4:12, 4:12].mean())
+            edges.append(np.mean([e[0, 2:-2], e[-1, 2:-2], e[2:-2, 0], e[2:-2, -1]]))
+            corners.append(np.mean([e[0, 0], e[0, -1], e[-1, 0], e[-1, -1]]))
+        check.close(f"{name}, centre", Figure(centres), 1.0, 0.002, 0.004)
+        check.close(f"{name}, edge pixels", Figure(edges), 1.0, 0.02, 0.007)
+        check.close(f"{name}, corner pixels", Figure(corners), 1.0, 0.02, 0.01)
 
 
 def far_side(check):
