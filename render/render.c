@@ -217,6 +217,7 @@ static void group_free(RenderGroup *g) {
     film_free(&g->films[1]);
     bandwidth_free(&g->kernels[0]);
     bandwidth_free(&g->kernels[1]);
+    free(g->looks);
     film_free(g->seen);
     film_free(g->irradiance);
     film_free(g->coverage);

@@ -27,6 +27,7 @@ typedef struct RenderGroup {
     Film seen[1], irradiance[1], coverage[1]; /**< direct only, when asked for */
     double radius_scale[2];                   /**< mean radius that was learned; 0: not yet */
     Bandwidth kernels[2];                     /**< of estimator P's; what they say about their bias */
+    uint8_t *looks; /**< [pixel] eye paths that a direct layer of estimator W wants; NULL: not known */
     FluxAccount accounts[2],
         bent[2];              /**< sums over passes, see photons.h; photons of lamps, of bent normals */
     FluxAccount wave_account; /**< of estimator W */

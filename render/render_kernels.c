@@ -10,10 +10,6 @@
 #define RADIUS_INDIRECT 8.0
 /* Where estimator W draws the layer, and photons only what is left. */
 #define RADIUS_BESIDE_WAVE 1.0
-/* Radius in footprints from which on one eye path to a pixel will do: as many more as the kernel's area is
- * less. */
-#define RADIUS_ONE_PATH 2.5
-enum { EYE_PATHS_MAX = 16 };
 /* Trials of kernels on the first pass's photons. */
 #define TRIALS 3
 /* Kernels may cost as much as the rays of their photons: deposits met per ray, and at least per eye point. */
@@ -74,26 +70,8 @@ cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *ga
     for (int i = 0; i < TRIALS; i++) CAU_TRY(trial(s, group, kind, &run, err));
     group->kernels[kind].tried = true;
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
-    CAU_TRY(kernels_look_closer(s, group, kind, gather, err));
+    CAU_TRY(look_closer(s, group, kind, gather, err));
     return gather_supports(gather, s->r->pool, &s->supports, err);
-}
-
-cau_result kernels_look_closer(
-    PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err) {
-    size_t pixels = picture_values(s->r) / 3;
-    const float *radius = group->kernels[kind].radius;
-    uint8_t most = 0;
-    for (size_t i = 0; i < pixels; i++) {
-        double paths = square(RADIUS_ONE_PATH / ((double)radius[i] * gather->radius_pixels));
-        s->eye_paths[i] = (uint8_t)clamp(ceil(paths), 1, EYE_PATHS_MAX);
-        if (s->eye_paths[i] > most) most = s->eye_paths[i];
-    }
-    if (most <= s->eye.samples) return CAU_OK;
-    EyeRun eye = s->eye;
-    eye.at_least = s->eye_paths;
-    eye.base = &s->points;
-    gather->points = &s->layer_points;
-    return eye_trace(&eye, s->r->pool, &s->layer_points, err);
 }
 
 /* Shards and resumed renders compare the mean radius: it is the same where all photons were. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
- *  What a pass works on, shared by render_passes.c (the loop), render_kernels.c (how wide kernels are) and
- *  render_waves.c (estimator W). */
+ *  What a pass works on, shared by render_passes.c (the loop), render_kernels.c (how wide kernels are),
+ *  render_look.c (eye paths of a pixel) and render_waves.c (estimator W). */
 #ifndef RENDER_RENDER_PASS_STATE_H
 #define RENDER_RENDER_PASS_STATE_H
 
@@ -26,7 +26,7 @@ typedef struct PassState {
     EyePoints trial_points;         /* of the first pass */
     SupportRows supports;
     KernelImages kernels;
-    uint8_t *eye_paths; /* [pixel] scratch of kernels_look_closer() */
+    uint8_t *eye_paths; /* [pixel] scratch of look_closer() */
     WaveCheck waves;
     PastError past[2];
     bool learning; /* the first pass is made for what it teaches alone */
@@ -50,6 +50,10 @@ void waves_free(PassState *s);
 bool waves_check(const PassState *s);
 /** Before the lights of a group. */
 void waves_clear(PassState *s);
+/** A light's wavefronts with coarser cells, the same whichever pass is at hand; adds the rays that a whole
+ * replica would take to `rays`. */
+cau_result waves_try(PassState *s, size_t light, const GatherRun *gather, const PassImages *images,
+    double *rays, CauError *err);
 /** One replica of a light's wavefronts, added to the images; what it leaves to photons joins the deposits,
  * but in a pass that checks: there it is gathered at once. */
 cau_result waves_draw(PassState *s, size_t light, RenderGroup *group, const GatherRun *gather, CauError *err);
@@ -57,11 +61,6 @@ cau_result waves_draw(PassState *s, size_t light, RenderGroup *group, const Gath
 /** Makes what kernels say in a pass. */
 cau_result kernels_prepare(PassState *s, CauError *err);
 void kernels_free(PassState *s);
-/** Lets a layer that has learned gather at more eye points where its kernels are narrow: each covers a part
- * of its pixel alone, and with one eye point a focus would be met by chance. They are the layer's own, for it
- * must not depend on which others there are. */
-cau_result kernels_look_closer(
-    PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err);
 /** Before the lights of a group, when images are added to from the start. */
 void kernels_clear(PassState *s);
 /** Estimator W draws a part of the layer: its kernels begin narrow, without a trial. */
@@ -69,6 +68,14 @@ bool kernels_follow_wave(const cau_render *r, size_t group, int kind);
 /** Learns a layer's first radii on the deposits at hand, before these are gathered for the picture, and
  * readies `gather` and the supports for that. */
 cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *gather, CauError *err);
+/** Before the first pass of a layer of estimator W: learns how often its pixels that show glass or a mirror
+ * want to be looked at. Nothing where there are none, or when it is known. */
+cau_result look_learn(PassState *s, size_t group, CauError *err);
+/** Lets a layer gather at more eye points where it has learned that few will not do: where kernels are
+ * narrow, and where what is seen through glass or in mirrors differs. They are the layer's own, for it must
+ * not depend on which others there are. */
+cau_result look_closer(PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err);
+
 /** After a layer's pass: its kernels are learned for good. */
 void kernels_settle(RenderGroup *group, int kind, bool tried);
 

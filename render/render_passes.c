@@ -94,9 +94,11 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, Ca
         .radius_pixels = shrink,
         .radius = group->kernels[kind].radius,
         .cancel = &r->cancel};
-    if (group->kernels[kind].tried) CAU_TRY(kernels_look_closer(s, group, kind, &gather, err));
-    if (group->kernels[kind].tried || kernels_follow_wave(r, g, kind))
+    if (!kind) CAU_TRY(look_learn(s, g, err));
+    if (group->kernels[kind].tried || kernels_follow_wave(r, g, kind)) {
+        CAU_TRY(look_closer(s, group, kind, &gather, err));
         CAU_TRY(gather_supports(&gather, r->pool, &s->supports, err));
+    }
     PassImages full = s->images;
     RenderGroup before = *group; /* a pass that is stopped leaves no trace in the accounts */
     if (s->learning) {           /* nor does one that only teaches */

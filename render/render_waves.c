@@ -74,7 +74,7 @@ static WaveRun run_of(PassState *s, size_t light, const GatherRun *gather) {
         .bent = r->bent.objects ? &r->bent : NULL,
         .share = plan->share,
         .physical = r->options.physical_radiance,
-        .points = &s->points,
+        .points = gather->points,
         .y0 = r->region[1],
         .y1 = r->region[3],
         .key = rng_combine(s->key, l->stream),
@@ -108,6 +108,18 @@ static cau_result draw_twice(
     FluxAccount uncounted = {0};
     CAU_TRY(draw_whole(s, run, gather, &(PassImages){.radiance = coarse, .add = true}, &uncounted, err));
     for (size_t i = 0; i < values; i++) s->waves.bias[i / 3] += COARSE_BIAS / 3 * coarse[i];
+    return CAU_OK;
+}
+
+cau_result waves_try(PassState *s, size_t light, const GatherRun *gather, const PassImages *images,
+    double *rays, CauError *err) {
+    WaveRun run = run_of(s, light, gather);
+    run.key = rng_combine(run.key, 0x747279u);
+    run.pass = 0;
+    run.rays = (uint32_t)(run.rays * COARSE_RAYS);
+    FluxAccount account = {0};
+    CAU_TRY(draw_whole(s, &run, gather, images, &account, err));
+    *rays += (double)account.rays / COARSE_RAYS;
     return CAU_OK;
 }
 

@@ -130,6 +130,7 @@ static void clear_row(const PassImages *out, size_t y, size_t width) {
         memset(out->kernels->cost + y * width, 0, width * sizeof(double));
     }
     if (out->seen) memset(out->seen + 3 * y * width, 0, 3 * width * sizeof(double));
+    if (out->spread) memset(out->spread + y * width, 0, width * sizeof(double));
     if (out->irradiance) memset(out->irradiance + 3 * y * width, 0, 3 * width * sizeof(double));
     if (out->coverage) memset(out->coverage + y * width, 0, width * sizeof(double));
 }
@@ -160,6 +161,7 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
     Rgb radiance = rgb_mul(irradiance, rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]));
     add_rgb(job->out->radiance, p->pixel, radiance);
     if (!p->straight) add_rgb(job->out->seen, p->pixel, radiance);
+    if (!p->straight) spread_add(job->out->spread, p->pixel, radiance);
     if (!p->straight) return;
     add_rgb(job->out->irradiance, p->pixel,
         rgb_scale(irradiance, (double)p->share * job->run->scene->camera.exposure));

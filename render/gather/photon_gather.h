@@ -47,13 +47,20 @@ typedef struct KernelImages {
 
 /** One pass of one layer, per pixel (width * height * 3 doubles each). */
 typedef struct PassImages {
-    double *radiance;      /**< what is added; NULL: not wanted */
-    double *seen;          /**< the part that is seen through glass or in mirrors; NULL: not wanted */
+    double *radiance; /**< what is added; NULL: not wanted */
+    double *seen;     /**< the part that is seen through glass or in mirrors; NULL: not wanted */
+    double *spread;   /**< 1 channel: of that part, the eye paths' squares (of their channels' mean), each as
+                           a share of the pixel; NULL: not wanted */
     double *irradiance;    /**< at receivers that the camera hits first; NULL: not wanted */
     double *coverage;      /**< 1 channel: share of the pixel that such receivers cover; NULL: not wanted */
     KernelImages *kernels; /**< what the kernels say about themselves; NULL: not wanted */
     bool add;              /**< true: added to what is there (lights of one group), else overwritten */
 } PassImages;
+
+/** An eye point's radiance into `spread`. */
+static inline void spread_add(double *spread, uint32_t pixel, Rgb radiance) {
+    if (spread) spread[pixel] += square((radiance.r + radiance.g + radiance.b) / 3);
+}
 
 /** Sums the deposits in `tree` at every eye point. */
 cau_result gather_photons(const GatherRun *run, const SupportRows *supports, const PhotonTree *tree,

@@ -105,10 +105,26 @@ def round_and_round(check):
         check.close(f"ball, light from inside, {name}", figure, e, 0.002 * e, 0.005)
 
 
+def focus_through_a_pane(check):
+    """A ball's focus, smaller than a pixel, through a pane that does not bend light: as without the pane. Few of the eye
+    paths by which W shows what lies behind glass meet it, and a kernel of a pixel's width blurs it."""
+    at, size = [0, -3, 2], [40, 30]
+    camera = look_camera(at, [0, 0, 0], 0.6, size)
+    things = [plane("Floor", [4, 4], [0, 0, 0]), ball("Ball", 0.5, [0, 0, 0.75])]
+    tilt = math.degrees(math.atan2(at[2], -at[1]))
+    pane = plane("Pane", [1, 1], [0.9 * c for c in at], "air", rotation=[90 - tilt, 0, 0])
+    bare, behind = (np.array([green(scene(camera, objects, [sun([0, 0, -1])]), seed, 2 * RAYS) for seed in SEEDS[:4]])
+                    for objects in (things, [*things, pane]))
+    truth_here = bare.mean(axis=0)
+    error = np.sqrt(((behind - truth_here) ** 2).mean() / (truth_here**2).mean())
+    check.that(error < 0.02, f"focus through a pane: differs by {100 * error:.2f} % RMSE / RMS from without it (2)")
+
+
 if __name__ == "__main__":
     found = Check()
     gaps(found)
     thin_wall(found)
     rings(found)
     round_and_round(found)
+    focus_through_a_pane(found)
     found.end()

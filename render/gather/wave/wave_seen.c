@@ -161,6 +161,7 @@ static void visit(void *data, const Deposit *item, double distance2) {
         rgb_mul(t->irradiance, rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]));
     add(l->images->radiance, 3 * (size_t)p->pixel, radiance);
     if (l->images->seen) add(l->images->seen, 3 * (size_t)p->pixel, radiance);
+    spread_add(l->images->spread, p->pixel, radiance);
 }
 
 static bool meets(const Band *b, V3 c, double r) {
