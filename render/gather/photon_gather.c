@@ -22,7 +22,7 @@ static void support_row(void *data, size_t index, unsigned thread) {
     for (size_t i = 0; i < points->count; i++) {
         const EyePoint *p = &points->items[i];
         double scale = run->radius ? (double)run->radius[p->pixel] : 1;
-        support_find(run->trace, p, (double)p->size * run->radius_pixels * scale, &row->items[i]);
+        row->items[i] = (Support){.radius = (double)p->size * run->radius_pixels * scale};
     }
 }
 
@@ -54,7 +54,7 @@ void support_rows_free(SupportRows *rows) {
 typedef struct Sum {
     const GatherRun *run;
     const EyePoint *point;
-    const Support *support;
+    Support *support;
     double inverse_r2;
     V3 normal, edge_per_r;
     Rgb flux, inner; /* times the kernel, and times that of radius r / sqrt(2) */
@@ -81,6 +81,16 @@ static bool faces_alike(Sum *s, const int16_t normal[2]) {
     return s->faces;
 }
 
+static void set_edge(Sum *s) {
+    const float *edge = s->support->edge;
+    s->edge_per_r = v3_scale(v3((double)edge[0], (double)edge[1], (double)edge[2]), 1 / s->support->radius);
+}
+
+static void find_support(Sum *s) {
+    support_find(s->run->trace, s->point, s->support->radius, s->support);
+    set_edge(s);
+}
+
 /* Deposits that lie lower, in radii, may be under another sheet. */
 #define HIDDEN_LEAST 1e-3
 
@@ -94,6 +104,7 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     if (fabs(height) > SUPPORT_HEIGHT * r) return;
     if (!faces_alike(s, d->normal)) return;
     if (s->limited && !bounces_pass(&s->run->scene->bounces, s->point, d)) return;
+    if (!support_found(s->support)) find_support(s);
     if (s->support->layered && height < -HIDDEN_LEAST * r &&
         support_hidden(s->run->trace, s->point, s->support, place, -height))
         return;
@@ -118,7 +129,7 @@ static void add_rgb(double *image, uint32_t pixel, Rgb value) {
 
 typedef struct GatherJob {
     const GatherRun *run;
-    const SupportRows *supports;
+    SupportRows *supports;
     const PhotonTree *tree;
     const PassImages *out;
 } GatherJob;
@@ -137,14 +148,15 @@ static void clear_row(const PassImages *out, size_t y, size_t width) {
 
 static void add_kernel(const KernelImages *out, const EyePoint *p, const Sum *sum) {
     const Support *support = sum->support;
+    out->cost[p->pixel] += (double)p->share * (double)sum->found * (support->mixed ? GATHER_RAY_COST : 1);
+    if (!support_found(support)) return;
     Rgb weight = rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]);
     Rgb bias =
         rgb_sub(rgb_scale(sum->flux, 2 / support->integral), rgb_scale(sum->inner, 2 / support->inner));
     add_rgb(out->bias, p->pixel, rgb_mul(weight, bias));
-    out->cost[p->pixel] += (double)p->share * (double)sum->found * (support->mixed ? GATHER_RAY_COST : 1);
 }
 
-static void gather_point(const GatherJob *job, const EyePoint *p, const Support *support) {
+static void gather_point(const GatherJob *job, const EyePoint *p, Support *support) {
     double r = support->radius;
     Sum sum = {.run = job->run,
         .point = p,
@@ -152,12 +164,11 @@ static void gather_point(const GatherJob *job, const EyePoint *p, const Support 
         .inverse_r2 = 1 / (r * r),
         .tested = {INT16_MIN, INT16_MIN}, /* no normal is so */
         .limited = bounces_limited(&job->run->scene->bounces),
-        .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2]),
-        .edge_per_r = v3_scale(
-            v3((double)support->edge[0], (double)support->edge[1], (double)support->edge[2]), 1 / r)};
+        .normal = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2])};
+    set_edge(&sum);
     photon_tree_query(job->tree, p->position, r, add_deposit, &sum);
     if (job->out->kernels) add_kernel(job->out->kernels, p, &sum);
-    Rgb irradiance = rgb_scale(sum.flux, 1 / support->integral);
+    Rgb irradiance = support_found(support) ? rgb_scale(sum.flux, 1 / support->integral) : rgb_grey(0);
     Rgb radiance = rgb_mul(irradiance, rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]));
     add_rgb(job->out->radiance, p->pixel, radiance);
     if (!p->straight) add_rgb(job->out->seen, p->pixel, radiance);
@@ -179,8 +190,8 @@ static void gather_row(void *data, size_t index, unsigned thread) {
         gather_point(job, &row->items[i], &job->supports->rows[y].items[i]);
 }
 
-cau_result gather_photons(const GatherRun *run, const SupportRows *supports, const PhotonTree *tree,
-    TaskPool *pool, const PassImages *out, CauError *err) {
+cau_result gather_photons(const GatherRun *run, SupportRows *supports, const PhotonTree *tree, TaskPool *pool,
+    const PassImages *out, CauError *err) {
     (void)err;
     GatherJob job = {run, supports, tree, out};
     tasks_run(pool, (size_t)(run->y1 - run->y0), gather_row, &job);

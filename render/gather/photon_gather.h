@@ -30,7 +30,8 @@ typedef struct GatherRun {
     const atomic_bool *cancel;
 } GatherRun;
 
-/** Finds the surface under every eye point's kernel. */
+/** The radius of every eye point's kernel. What surface is under it is found when the first photon asks:
+ * where no light is, most points never do. */
 cau_result gather_supports(const GatherRun *run, TaskPool *pool, SupportRows *out, CauError *err);
 void support_rows_free(SupportRows *rows);
 
@@ -62,8 +63,9 @@ static inline void spread_add(double *spread, uint32_t pixel, Rgb radiance) {
     if (spread) spread[pixel] += square((radiance.r + radiance.g + radiance.b) / 3);
 }
 
-/** Sums the deposits in `tree` at every eye point. */
-cau_result gather_photons(const GatherRun *run, const SupportRows *supports, const PhotonTree *tree,
-    TaskPool *pool, const PassImages *out, CauError *err);
+/** Sums the deposits in `tree` at every eye point; finds the supports that it needs, for further trees too.
+ */
+cau_result gather_photons(const GatherRun *run, SupportRows *supports, const PhotonTree *tree, TaskPool *pool,
+    const PassImages *out, CauError *err);
 
 #endif

@@ -29,6 +29,9 @@ typedef struct Support {
     bool layered; /**< one sheet may lie over another (tiles): lower photons must not be support_hidden() */
 } Support;
 
+/** False while only the radius is set. */
+static inline bool support_found(const Support *support) { return support->integral > 0; }
+
 void support_find(const TraceScene *trace, const EyePoint *point, double radius, Support *out);
 
 /** True when nothing stands between the point and another place on its surface. */
