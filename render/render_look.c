@@ -138,12 +138,26 @@ cau_result look_learn(PassState *s, size_t g, CauError *err) {
     return result;
 }
 
+/* Estimator W draws what is seen directly: paths there are for photons, and to tell what receivers cover. */
+static bool wanted_everywhere(const PassState *s, const RenderGroup *group, int kind) {
+    const cau_render *r = s->r;
+    if (kind || !group->looks || s->images.irradiance) return true;
+    for (size_t i = 0; i < r->scene.light_count; i++)
+        if (&r->groups[r->group_of_light[i]] == group && r->plan.lights[i].direct &&
+            (r->plan.lights[i].photons || render_bent_photons(r, i, false)))
+            return true;
+    return false;
+}
+
 cau_result look_closer(PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err) {
     size_t pixels = picture_values(s->r) / 3;
     const float *radius = group->kernels[kind].radius;
     const uint8_t *looks = kind ? NULL : group->looks;
+    bool everywhere = wanted_everywhere(s, group, kind);
     uint8_t most = 0;
     for (size_t i = 0; i < pixels; i++) {
+        s->eye_paths[i] = 0;
+        if (!everywhere && !s->eye.busy[i]) continue;
         double paths = square(RADIUS_ONE_PATH / ((double)radius[i] * gather->radius_pixels));
         s->eye_paths[i] = (uint8_t)clamp(ceil(paths), 1, NARROW_PATHS_MAX);
         if (looks && looks[i] > s->eye_paths[i]) s->eye_paths[i] = looks[i];
