@@ -125,21 +125,30 @@ static cau_result warn_of_contacts(cau_render *r, CauError *err) {
 }
 
 /* Lamps whose extent is small are hard to find in bent mirrors; the world is all around. */
+static void make_guide(void *data, size_t index, unsigned thread) {
+    (void)thread;
+    cau_render *r = data;
+    const Light *l = &r->scene.lights[index];
+    if (!l->casts || l->delta || strcmp(l->kind->name, "world") == 0) return;
+    BentRun run = {.set = &r->bent,
+        .scene = &r->scene,
+        .trace = r->trace,
+        .light = l,
+        .key = rng_combine(rng_combine(r->options.seed, 0x6775696465u), l->stream)};
+    bent_guide_create(&r->guides[index], &run, &r->casters);
+}
+
 static cau_result make_guides(cau_render *r, CauError *err) {
     if (!r->bent.mirrors) return CAU_OK;
     r->guides = array_new(r->scene.light_count, sizeof *r->guides);
     if (!r->guides)
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for %zu lights", r->scene.light_count);
-    for (size_t i = 0; i < r->scene.light_count; i++) {
-        const Light *l = &r->scene.lights[i];
-        if (!l->casts || l->delta || strcmp(l->kind->name, "world") == 0) continue;
-        BentRun run = {.set = &r->bent,
-            .scene = &r->scene,
-            .trace = r->trace,
-            .light = l,
-            .key = rng_combine(rng_combine(r->options.seed, 0x6775696465u), l->stream)};
-        CAU_TRY(bent_guide_create(&r->guides[i], &run, &r->casters, err));
-    }
+    tasks_run(r->pool, r->scene.light_count, make_guide, r);
+    for (size_t i = 0; i < r->scene.light_count; i++)
+        if (r->guides[i].out_of_memory)
+            return error_set(err, CAU_ERROR_RESOURCE,
+                "out of memory for light of \"%s\" that grazes %zu triangles", r->scene.lights[i].name,
+                r->bent.mirror_count);
     return CAU_OK;
 }
 

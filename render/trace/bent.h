@@ -56,6 +56,7 @@ typedef struct BentSeed {
 typedef struct BentGuide {
     BentSeed *seeds; /**< in the order of the faces, owned */
     size_t count;
+    bool out_of_memory;
 } BentGuide;
 
 /** What a search for light needs to know of its run. */
@@ -79,8 +80,8 @@ typedef struct BentStart {
 } BentStart;
 
 /** Sends photons of the run's light (its `guide` is not looked at) and notes what they graze. Deterministic.
- */
-cau_result bent_guide_create(BentGuide *out, const BentRun *run, const Aim *casters, CauError *err);
+ * Any thread. */
+void bent_guide_create(BentGuide *out, const BentRun *run, const Aim *casters);
 void bent_guide_free(BentGuide *guide);
 /** Draws a direction in which the face is seen to mirror light like the seed's: evenly in its azimuth and in
  * the bent normal between ng and ns. False: none. */

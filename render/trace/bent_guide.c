@@ -92,7 +92,7 @@ static int by_face(const void *a, const void *b) {
     return (s->azimuth > t->azimuth) - (s->azimuth < t->azimuth);
 }
 
-cau_result bent_guide_create(BentGuide *out, const BentRun *run, const Aim *casters, CauError *err) {
+void bent_guide_create(BentGuide *out, const BentRun *run, const Aim *casters) {
     AimMix aim = {.first = casters};
     size_t capacity = 0;
     *out = (BentGuide){0};
@@ -103,12 +103,12 @@ cau_result bent_guide_create(BentGuide *out, const BentRun *run, const Aim *cast
             break;
         }
         if (!emit_photon(run->light, &aim, i, run->key, &p)) continue;
-        if (!follow(run, &p, i, out, &capacity))
-            return error_set(err, CAU_ERROR_RESOURCE, "out of memory for light that grazes %zu triangles",
-                run->set->mirror_count);
+        if (!follow(run, &p, i, out, &capacity)) {
+            out->out_of_memory = true;
+            return;
+        }
     }
     if (out->count) qsort(out->seeds, out->count, sizeof *out->seeds, by_face);
-    return CAU_OK;
 }
 
 void bent_guide_free(BentGuide *guide) {
