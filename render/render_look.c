@@ -15,11 +15,11 @@
  * less. */
 #define RADIUS_ONE_PATH 2.5
 enum { NARROW_PATHS_MAX = 16, LOOKS_MAX = UINT8_MAX };
-/* Of the trial: eye paths of a pixel that shows glass or a mirror, and a wavefront's rays for each at least.
- */
+/* Of the trial: eye paths of a pixel that shows glass or a mirror; as many in all as the pass has photons,
+ * but one path alone cannot differ. */
 enum { TRIAL_PATHS_MIN = 2, TRIAL_PATHS_MAX = 16 };
-/* An eye path costs as much as this many rays of a wavefront. As much is spent on the one as on the other: if
- * one of them made all the error, that is half of what would be best. */
+/* An eye path costs as much as this many rays of a wavefront. As much time is spent on the one as on the
+ * other: whichever makes the error, half of the time lowers it. */
 #define RAYS_PER_LOOK 4.0
 /* Eye points are held in memory: no more paths than pixels, but in small pictures. */
 #define LOOKS_SMALL 131072.0
