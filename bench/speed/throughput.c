@@ -27,9 +27,9 @@ static double cpu_s(void) {
 
 /* ---- the clock of the stages ---- */
 
-enum { EYE, SUPPORTS, PHOTONS, TREE, GATHER, FILM, STAGES };
-static const char *const stage_names[STAGES] = {"eye paths", "supports", "photons", "tree", "gather", "film"};
-static double stage_s[STAGES][2]; /* [stage][indirect]; of eye paths and supports [0] holds both */
+enum { EYE, PHOTONS, TREE, GATHER, FILM, STAGES };
+static const char *const stage_names[STAGES] = {"eye paths", "photons", "tree", "gather", "film"};
+static double stage_s[STAGES][2]; /* [stage][indirect]; of eye paths [0] holds both */
 static double bench_s;            /* spent on the measurements themselves */
 static int kind_now;
 static bool clock_runs; /* the clock stands while the plan is made */
@@ -94,14 +94,12 @@ cau_result __real_photons_trace(const PhotonRun *, TaskPool *, DepositList *, Fl
 cau_result __wrap_photons_trace(const PhotonRun *, TaskPool *, DepositList *, FluxAccount *, CauError *);
 cau_result __real_eye_trace(const EyeRun *, TaskPool *, EyePoints *, CauError *);
 cau_result __wrap_eye_trace(const EyeRun *, TaskPool *, EyePoints *, CauError *);
-cau_result __real_gather_supports(const GatherRun *, TaskPool *, SupportRows *, CauError *);
-cau_result __wrap_gather_supports(const GatherRun *, TaskPool *, SupportRows *, CauError *);
 cau_result __real_photon_tree_build(PhotonTree *, const Deposit *, size_t, CauError *);
 cau_result __wrap_photon_tree_build(PhotonTree *, const Deposit *, size_t, CauError *);
 cau_result __real_gather_photons(
-    const GatherRun *, const SupportRows *, const PhotonTree *, TaskPool *, const PassImages *, CauError *);
+    const GatherRun *, SupportRows *, const PhotonTree *, TaskPool *, const PassImages *, CauError *);
 cau_result __wrap_gather_photons(
-    const GatherRun *, const SupportRows *, const PhotonTree *, TaskPool *, const PassImages *, CauError *);
+    const GatherRun *, SupportRows *, const PhotonTree *, TaskPool *, const PassImages *, CauError *);
 void __real_film_add(Film *, const double *);
 void __wrap_film_add(Film *, const double *);
 
@@ -162,13 +160,6 @@ cau_result __wrap_eye_trace(const EyeRun *run, TaskPool *pool, EyePoints *out, C
     return result;
 }
 
-cau_result __wrap_gather_supports(const GatherRun *run, TaskPool *pool, SupportRows *out, CauError *err) {
-    double start = cpu_s();
-    cau_result result = __real_gather_supports(run, pool, out, err);
-    stop(SUPPORTS, 0, start);
-    return result;
-}
-
 cau_result __wrap_photon_tree_build(PhotonTree *tree, const Deposit *items, size_t count, CauError *err) {
     double start = cpu_s();
     cau_result result = __real_photon_tree_build(tree, items, count, err);
@@ -176,7 +167,7 @@ cau_result __wrap_photon_tree_build(PhotonTree *tree, const Deposit *items, size
     return result;
 }
 
-cau_result __wrap_gather_photons(const GatherRun *run, const SupportRows *supports, const PhotonTree *tree,
+cau_result __wrap_gather_photons(const GatherRun *run, SupportRows *supports, const PhotonTree *tree,
     TaskPool *pool, const PassImages *out, CauError *err) {
     double start = cpu_s();
     cau_result result = __real_gather_photons(run, supports, tree, pool, out, err);
@@ -204,7 +195,7 @@ static void show_stages(uint64_t passes, double total) {
         double sum = stage_s[k][0] + stage_s[k][1];
         known += sum;
         printf("| %s | %.1f | ", stage_names[k], 1e3 * stage_s[k][0] / (double)passes);
-        if (k == EYE || k == SUPPORTS)
+        if (k == EYE)
             printf("both");
         else
             printf("%.1f", 1e3 * stage_s[k][1] / (double)passes);

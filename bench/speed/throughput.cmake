@@ -11,7 +11,7 @@ function(speed_add_throughput)
   caustics_compile(throughput)
   target_link_libraries(throughput PRIVATE caustics_embree PkgConfig::JANSSON PkgConfig::ASSIMP PkgConfig::DEFLATE
     OpenEXR::OpenEXR OpenEXR::OpenEXRCore m Threads::Threads)
-  foreach(stage trace_nearest eye_trace gather_supports photons_trace photon_tree_build gather_photons film_add)
+  foreach(stage trace_nearest eye_trace photons_trace photon_tree_build gather_photons film_add)
     target_link_options(throughput PRIVATE LINKER:--wrap=${stage})
   endforeach()
 endfunction()
