@@ -88,10 +88,11 @@ static void set_edge(Sum *s) {
 
 static void find_support(Sum *s) {
     support_find(s->run->trace, s->point, s->support->radius, s->support);
+    s->inverse_r2 = 1 / square(s->support->radius);
     set_edge(s);
 }
 
-/* Deposits that lie lower, in radii, may be under another sheet. */
+/* Deposits that lie so far below the highest sheet, in radii, may be hidden by it. */
 #define HIDDEN_LEAST 1e-3
 
 static void add_deposit(void *data, const Deposit *d, double distance2) {
@@ -105,8 +106,11 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     if (!faces_alike(s, d->normal)) return;
     if (s->limited && !bounces_pass(&s->run->scene->bounces, s->point, d)) return;
     if (!support_found(s->support)) find_support(s);
-    if (s->support->layered && height < -HIDDEN_LEAST * r &&
-        support_hidden(s->run->trace, s->point, s->support, place, -height))
+    r = s->support->radius;
+    if (fabs(height) > (double)s->support->band) return;
+    double depth = (double)s->support->top - height;
+    if (s->support->layered && depth > HIDDEN_LEAST * r &&
+        support_hidden(s->run->trace, s->support, place, depth))
         return;
     double q = positive(distance2 - height * height) * s->inverse_r2;
     if (q >= 1) return;

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/gather/support.h"
 
-/* Meshes so fine that a disk holds more triangles are looked at by rays alone. */
-enum { NEAR_MAX = 192, PROBES = 24, UNION_PLACES = 96, SLAB_HITS = 16 };
+#include "render/gather/sheets.h"
+#include "render/trace/photons.h"
 
-/* Of the golden angle, the other way round: 2 pi times 0.618. */
-#define GOLDEN_COSINE (-0.7373688780783199)
-#define GOLDEN_SINE (-0.6754902942615236)
+enum { PROBES = 24, UNION_PLACES = 96, SLAB_HITS = 16 };
 
 /* Lift of visibility tests over the surface, in radii. */
 #define LIFT 0.02
@@ -14,207 +12,27 @@ enum { NEAR_MAX = 192, PROBES = 24, UNION_PLACES = 96, SLAB_HITS = 16 };
 /* Of the integrals, as a share of the disk. */
 #define ROUNDING 1e-6
 
-/* ---- the kernel over a polygon: one signed wedge per edge, as seen from the centre ---- */
+/* Least share of the disk that is taken for seen: slits that are finer hold no light to speak of. */
+#define SEEN_LEAST 1e-3
 
-/* Wedge of angle phi bounded by the circle: integral of (1 - rho^2/r^2) rho drho dphi = phi r^2 / 4. */
-static double wedge_circle(double angle, double r) { return angle * r * r / 4; }
-
-/* Wedge bounded by a line at distance h, between the angles p and q from the line's foot:
- * integral of h^2 / (2 cos^2) - h^4 / (4 r^2 cos^4). */
-static double wedge_line(double h, double p, double q, double r) {
-    double tp = tan(p), tq = tan(q);
-    double second = tq - tp, fourth = second + (tq * tq * tq - tp * tp * tp) / 3;
-    return h * h / 2 * second - square(h * h) / (4 * r * r) * fourth;
-}
-
-static double edge_integral(const double a[2], const double b[2], double r) {
-    double dx = b[0] - a[0], dy = b[1] - a[1], length = hypot(dx, dy);
-    double cross = a[0] * b[1] - a[1] * b[0];
-    if (length == 0 || cross == 0) return 0;
-    double h = fabs(cross) / length;
-    /* Angles of the end points from the foot of the perpendicular, along the edge. */
-    double pa = atan2((a[0] * dx + a[1] * dy) / length, h), pb = atan2((b[0] * dx + b[1] * dy) / length, h);
-    double integral;
-    if (h >= r) {
-        integral = wedge_circle(pb - pa, r);
-    } else {
-        double in = acos(h / r); /* the line is inside the circle between -in and in */
-        double p = clamp(pa, -in, in), q = clamp(pb, -in, in);
-        integral = wedge_line(h, p, q, r) + wedge_circle((pb - pa) - (q - p), r);
-    }
-    return cross > 0 ? integral : -integral;
-}
-
-/* On which side of the line the whole disk lies: left 1, right -1; 0 where the line cuts it. */
-static int side_of(const double a[2], const double b[2], double r) {
-    double cross = a[0] * b[1] - a[1] * b[0], length2 = square(b[0] - a[0]) + square(b[1] - a[1]);
-    if (square(cross) < square(r) * length2) return 0;
-    return (cross > 0) - (cross < 0);
-}
-
-double disk_triangle_integral(const double a[2], const double b[2], const double c[2], double radius) {
-    /* Most disks lie within one triangle or beside it, which takes no angles. */
-    double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-    int inward = (area > 0) - (area < 0),
-        side[3] = {side_of(a, b, radius), side_of(b, c, radius), side_of(c, a, radius)};
-    if (side[0] == -inward || side[1] == -inward || side[2] == -inward) return 0;
-    if (side[0] == inward && side[1] == inward && side[2] == inward)
-        return inward * wedge_circle(2 * CAU_PI, radius);
-    return edge_integral(a, b, radius) + edge_integral(b, c, radius) + edge_integral(c, a, radius);
-}
-
-/* ---- triangles near the point ---- */
-
-typedef struct Plane {
-    V3 origin, s, t, n;
-} Plane;
-
-static V3 on_plane(const Plane *plane, V3 p) {
-    return v3_to_frame(v3_sub(p, plane->origin), plane->s, plane->t, plane->n);
-}
-
-static bool inside(const V3 *q, double x, double y) {
-    double d[3];
-    for (int k = 0; k < 3; k++) {
-        const V3 *a = &q[k], *b = &q[(k + 1) % 3];
-        d[k] = (b->x - a->x) * (y - a->y) - (b->y - a->y) * (x - a->x);
-    }
-    return (d[0] >= 0 && d[1] >= 0 && d[2] >= 0) || (d[0] <= 0 && d[1] <= 0 && d[2] <= 0);
-}
-
-/* Cheap test: does the box of the local triangle come near the ball? */
-static bool overlaps(const V3 *q, double r) {
-    double lo[3] = {q[0].x, q[0].y, q[0].z}, hi[3] = {q[0].x, q[0].y, q[0].z};
-    for (int k = 1; k < 3; k++) {
-        double p[3] = {q[k].x, q[k].y, q[k].z};
-        for (int i = 0; i < 3; i++) {
-            if (p[i] < lo[i]) lo[i] = p[i];
-            if (p[i] > hi[i]) hi[i] = p[i];
-        }
-    }
-    double d2 = 0;
-    for (int i = 0; i < 3; i++) d2 += lo[i] > 0 ? square(lo[i]) : (hi[i] < 0 ? square(hi[i]) : 0);
-    return d2 <= r * r;
-}
-
-typedef struct Patch {
-    V3 corner[3]; /* plane coordinates */
-    double cosine;
-    double integral; /* of the kernel, as seen along the plane's normal */
-    int object;
-} Patch;
-
-/* Same sheet of surface: faces the same way and passes the point within tolerance. */
-static bool same_sheet(const Patch *p, V3 normal, double r) {
-    if (p->cosine < SUPPORT_COSINE) return false;
-    /* Height of the triangle's plane where it is nearest to the axis, but not beyond the disk. */
-    double height = v3_dot(normal, p->corner[0]) / normal.z;
-    double slope = sqrt(fmax(0, 1 - square(normal.z))) / normal.z;
-    return fabs(height) <= SUPPORT_HEIGHT * r + slope * r;
-}
-
-static double patch_integral(const Patch *p, double r) {
-    double q[3][2];
-    for (int k = 0; k < 3; k++) {
-        q[k][0] = p->corner[k].x;
-        q[k][1] = p->corner[k].y;
-    }
-    return fabs(disk_triangle_integral(q[0], q[1], q[2], r));
-}
-
-typedef struct Near {
-    Patch sheet[NEAR_MAX];
-    size_t sheets;
-    bool blockers;
-    bool full;  /* an exact surface of the point's own object */
-    bool dense; /* more triangles than `sheet` holds: none is listed */
-} Near;
-
-static void sort_out(const NearTriangle *found, size_t count, const Plane *plane, const EyePoint *point,
-    double facing, double r, bool carries, Near *near) {
-    for (size_t i = 0; i < count; i++) {
-        const NearTriangle *f = &found[i];
-        if (f->exact) { /* an exact surface has no triangles: its own disk counts as full */
-            if (f->object == point->object)
-                near->full = true;
-            else
-                near->blockers = true;
-            continue;
-        }
-        Patch p = {{on_plane(plane, f->a), on_plane(plane, f->b), on_plane(plane, f->c)}, 0, 0, f->object};
-        if (!overlaps(p.corner, r)) continue;
-        V3 n = v3_cross(v3_sub(p.corner[1], p.corner[0]), v3_sub(p.corner[2], p.corner[0]));
-        double length = v3_length(n);
-        if (!(length > 0)) continue;
-        n = v3_scale(n, facing / length);
-        p.cosine = n.z;
-        bool own = f->object == point->object && f->primitive == point->primitive;
-        if (own || same_sheet(&p, n, r)) {
-            if (!f->receives) continue;
-            p.integral = patch_integral(&p, r);
-            near->sheet[near->sheets++] = p;
-            continue;
-        }
-        double top = fmax(p.corner[0].z, fmax(p.corner[1].z, p.corner[2].z));
-        if (top > 1e-3 * r || (carries && f->object != point->object)) near->blockers = true;
-    }
-}
-
-/* Of one object's sheets, or of all. */
-enum { ALL_OBJECTS = -1 };
-static bool of_object(const Patch *p, int object) { return object == ALL_OBJECTS || p->object == object; }
-
-static double sheets_sum(const Near *near, int object) {
-    double sum = 0;
-    for (size_t i = 0; i < near->sheets; i++)
-        if (of_object(&near->sheet[i], object)) sum += near->sheet[i].integral;
-    return sum;
-}
-
-/* On how many sheets a place of the plane is; 2 stands for more, too. */
-static int sheets_at(const Near *near, int object, double x, double y) {
-    if (near->full) return 1;
-    int count = 0;
-    for (size_t i = 0; i < near->sheets && count < 2; i++)
-        count += of_object(&near->sheet[i], object) && inside(near->sheet[i].corner, x, y);
-    return count;
-}
-
-/* ---- places spread like the kernel ---- */
-
-typedef struct Place {
-    double x, y, q; /* in radii, and its squared distance */
-} Place;
-
-/* A spiral of golden-angle steps, turned at random for each point. The kernel's cumulative is c(q) = 2 q -
- * q^2 with q = (d/r)^2, so q = 1 - sqrt(1 - u). */
-static void places_spread(const EyePoint *point, int count, Place *places) {
-    double cosine = cos(2 * CAU_PI * (double)point->turn), sine = sin(2 * CAU_PI * (double)point->turn);
-    for (int i = 0; i < count; i++) {
-        double q = 1 - sqrt(1 - (i + 0.5) / count), d = sqrt(q);
-        places[i] = (Place){d * cosine, d * sine, q};
-        double turned = cosine * GOLDEN_COSINE - sine * GOLDEN_SINE;
-        sine = sine * GOLDEN_COSINE + cosine * GOLDEN_SINE;
-        cosine = turned;
-    }
-}
-
-/* The narrow kernel's density over the wide one's, by which the places are spread. */
+/* The narrow kernel's density over the wide one's, by which places are spread. */
 static double inner_weight(double q) {
     SupportKernels k = support_kernels(q);
     return k.inner / k.outer;
 }
+
+/* ---- rays ---- */
 
 bool support_sees(const TraceScene *trace, const EyePoint *point, const Support *support, V3 place) {
     V3 n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2]);
     return trace_sees_along(trace, point->position, place, n, LIFT * support->radius);
 }
 
-bool support_hidden(
-    const TraceScene *trace, const EyePoint *point, const Support *support, V3 place, double depth) {
-    V3 n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2]);
-    double off = 0.01 * depth;
-    Ray ray = ray_from_point(v3_mad(place, off, n), n, 0, depth - off + LIFT * support->radius, 0);
+bool support_hidden(const TraceScene *trace, const Support *support, V3 place, double depth) {
+    V3 along = v3((double)support->along[0], (double)support->along[1], (double)support->along[2]);
+    double off = 0.01 * depth, length = v3_length(along);
+    Ray ray = ray_from_point(v3_mad(place, off, along), v3_scale(along, 1 / length), 0,
+        (depth - off + LIFT * support->radius) * length, 0);
     return trace_anything_between(trace, &ray);
 }
 
@@ -233,15 +51,18 @@ static bool above_sheet(
     return false;
 }
 
+static bool on_sheets(const Sheets *sheets, double x, double y) { return sheets_at(sheets, x, y, 1) > 0; }
+
 /* Which places can be seen from the point. */
 static void probes_send(const TraceScene *trace, const EyePoint *point, const Support *support,
     const Plane *plane, const Near *near, const Place *places, bool *seen) {
     double r = support->radius;
+    Sheets all = sheets_all(near);
     for (int i = 0; i < PROBES; i++) {
         double x = r * places[i].x, y = r * places[i].y;
         V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
         bool sheet =
-            near->dense ? above_sheet(trace, point, plane, place, r) : sheets_at(near, ALL_OBJECTS, x, y) > 0;
+            near->full || (near->dense ? above_sheet(trace, point, plane, place, r) : on_sheets(&all, x, y));
         /* Nothing is seen where a caster lies on the surface, so light that a kernel put there would be lost.
          */
         seen[i] = sheet && !trace_covered(trace, point->object, place, plane->n) &&
@@ -292,89 +113,153 @@ static void probe_integral(
     support->inner = open / 2 * fmax(inner, 1) / inner_all;
 }
 
-/* ---- nothing rises out of the disk ---- */
+/* ---- sheets ---- */
 
-static bool sheets_overlap(const EyePoint *point, const Near *near, int object, double r) {
-    Place places[PROBES];
-    places_spread(point, PROBES, places);
-    for (int i = 0; i < PROBES; i++)
-        if (sheets_at(near, object, r * places[i].x, r * places[i].y) > 1) return true;
-    return false;
+/* Integrals of both kernels, over what is seen of the own sheets and over any sheet. */
+typedef struct Seen {
+    double outer, inner, outer_any;
+} Seen;
+
+static bool fills(const EyePoint *point, const Sheets *sheets, double r) {
+    double open = CAU_PI * square(r) / 2;
+    return fabs(sheets_sum(sheets) - open) <= ROUNDING * open && !sheets_overlap(point, sheets, r);
 }
 
 /* Does one object's surface fill the disk, whatever lies on it? */
-static bool one_fills(const EyePoint *point, const Near *near, double r) {
-    double open = CAU_PI * square(r) / 2;
-    for (size_t i = 0; i < near->sheets; i++) {
-        int object = near->sheet[i].object;
+static bool one_fills(const EyePoint *point, const Sheets *sheets, double r) {
+    for (size_t i = 0; i < sheets->count; i++) {
+        Sheets one = {sheets->patch, sheets->count, sheets->patch[i].object};
         size_t first = 0;
-        while (near->sheet[first].object != object) first++;
-        if (first == i && fabs(sheets_sum(near, object) - open) <= ROUNDING * open &&
-            !sheets_overlap(point, near, object, r))
-            return true;
+        while (sheets->patch[first].object != one.object) first++;
+        if (first == i && fills(point, &one, r)) return true;
     }
     return false;
 }
 
-/* Where one sheet lies over another (grout behind tiles, a block flush with its wall), their areas would
- * count twice what is seen once: the places that are on any of them are counted instead. */
-static void union_integral(const EyePoint *point, Support *support, const Near *near) {
+/* Where one sheet lies over another (a block flush with its wall), their areas would count twice what is seen
+ * once: the places that are on any of them, and under none of those above, are counted instead. */
+static Seen seen_by_places(const EyePoint *point, const Near *near, double r) {
+    Sheets own = sheets_own(near), above = sheets_above(near), below = sheets_below(near);
     Place places[UNION_PLACES];
     places_spread(point, UNION_PLACES, places);
-    double outer = 0, inner = 0, inner_all = 0, r = support->radius, open = CAU_PI * square(r) / 2;
+    double outer = 0, inner = 0, inner_all = 0, any = 0, open = CAU_PI * square(r) / 2;
     for (int i = 0; i < UNION_PLACES; i++) {
-        double weight = inner_weight(places[i].q);
+        double weight = inner_weight(places[i].q), x = r * places[i].x, y = r * places[i].y;
         inner_all += weight;
-        if (sheets_at(near, ALL_OBJECTS, r * places[i].x, r * places[i].y) == 0) continue;
+        bool on_own = on_sheets(&own, x, y), on_above = on_sheets(&above, x, y);
+        any += on_own || on_above || on_sheets(&below, x, y);
+        if (!on_own || on_above) continue;
         outer++;
         inner += weight;
     }
-    support->integral = open * fmax(outer, 1) / UNION_PLACES;
-    support->inner = open / 2 * fmax(inner, 1) / inner_all;
+    return (Seen){open * fmax(outer, 1) / UNION_PLACES, open / 2 * fmax(inner, 1) / inner_all,
+        open * fmax(any, 1) / UNION_PLACES};
+}
+
+/* Do all that lie above lie over the own sheets, none of them over another? */
+static bool above_own_alone(const EyePoint *point, const Near *near, double r) {
+    Sheets own = sheets_own(near), above = sheets_above(near);
+    if (near->below || sheets_overlap(point, &own, r) || sheets_overlap(point, &above, r)) return false;
+    Place places[PROBES];
+    places_spread(point, PROBES, places);
+    for (int i = 0; i < PROBES; i++) {
+        double x = r * places[i].x, y = r * places[i].y;
+        if (on_sheets(&above, x, y) && !on_sheets(&own, x, y)) return false;
+    }
+    return true;
+}
+
+/* What those above leave of the own sheets: slits may be far finer than the places lie. */
+static Seen seen_between(const EyePoint *point, const Near *near, double r) {
+    if (!above_own_alone(point, near, r)) return seen_by_places(point, near, r);
+    Sheets own = sheets_own(near), above = sheets_above(near);
+    double outer_any = sheets_sum(&own), outer = outer_any - sheets_sum(&above), inner = 0, inner_any = 0;
+    for (size_t i = 0; i < own.count; i++) inner_any += patch_integral(&own.patch[i], r * sqrt(0.5));
+    for (size_t i = 0; i < above.count; i++) inner += patch_integral(&above.patch[i], r * sqrt(0.5));
+    return (Seen){
+        fmax(outer, SEEN_LEAST * outer_any), fmax(inner_any - inner, SEEN_LEAST * inner_any), outer_any};
 }
 
 /* A sheet that is bent away from the plane has more surface than is seen along the normal. */
-static void sheets_integral(Support *support, const Near *near) {
-    double r = support->radius, open = CAU_PI * square(r) / 2, outer = 0, inner = 0;
-    for (size_t i = 0; i < near->sheets; i++)
-        outer += near->sheet[i].integral / fmax(near->sheet[i].cosine, SUPPORT_COSINE);
-    support->integral = clamp(outer, 0.02 * open, open);
-    if (outer >= (1 - 1e-9) * open) return;
-    for (size_t i = 0; i < near->sheets; i++)
-        inner += patch_integral(&near->sheet[i], r * sqrt(0.5)) / fmax(near->sheet[i].cosine, SUPPORT_COSINE);
-    support->inner = clamp(inner, 0.01 * open, open / 2);
+static Seen seen_once(const Sheets *sheets, double r) {
+    double open = CAU_PI * square(r) / 2, outer = 0, inner = 0;
+    for (size_t i = 0; i < sheets->count; i++)
+        outer += sheets->patch[i].integral / fmax(sheets->patch[i].cosine, SUPPORT_COSINE);
+    if (outer >= (1 - 1e-9) * open) return (Seen){open, open / 2, open};
+    for (size_t i = 0; i < sheets->count; i++)
+        inner +=
+            patch_integral(&sheets->patch[i], r * sqrt(0.5)) / fmax(sheets->patch[i].cosine, SUPPORT_COSINE);
+    return (Seen){clamp(outer, 0.02 * open, open), clamp(inner, 0.01 * open, open / 2), open};
+}
+
+/* Sheets above are looked between as the eye does, for a slanted look meets the shade behind their edges. */
+static void set_apart(const EyePoint *point, const Plane *plane, Near *near, Support *out) {
+    double band = near_set_apart(near, out->radius);
+    if (band == 0) return;
+    if (near->above > 0) {
+        V3 from = v3_to_frame(normal_decode(point->from), plane->s, plane->t, plane->n);
+        from.z = fmax(from.z, 1e-3);
+        out->radius = near_look_along(near, out->radius, &from);
+        V3 along = v3_from_frame(from, plane->s, plane->t, plane->n);
+        out->along[0] = (float)along.x;
+        out->along[1] = (float)along.y;
+        out->along[2] = (float)along.z;
+    }
+    out->band = (float)fmin(band, SUPPORT_HEIGHT * out->radius);
+}
+
+/* Probes tell what is hidden by what rises out of the disk, of all sheets: this is the own sheets' share. */
+static void take_share(const EyePoint *point, const Near *near, Support *out) {
+    Seen seen =
+        near->above > 0 ? seen_between(point, near, out->radius) : seen_by_places(point, near, out->radius);
+    double share = fmin(seen.outer / seen.outer_any, 1);
+    out->integral *= share;
+    out->inner *= share;
+}
+
+static void sheets_find(
+    const TraceScene *trace, const EyePoint *point, const Plane *plane, Near *near, Support *out) {
+    set_apart(point, plane, near, out);
+    double r = out->radius, open = CAU_PI * square(r) / 2;
+    Sheets own = sheets_own(near);
+    double sum = sheets_sum(&own);
+    bool apart = near->above + near->below > 0,
+         overlap = fabs(sum - open) > ROUNDING * open && sheets_overlap(point, &own, r);
+    out->layered = near->above > 0 || (!apart && (overlap || sum > (1 + ROUNDING) * open));
+    if (out->mixed) {
+        probe_integral(trace, point, out, plane, near);
+        if (apart) take_share(point, near, out);
+        return;
+    }
+    Seen seen = {open, open / 2, open};
+    if (near->above > 0)
+        seen = seen_between(point, near, r);
+    else if (!overlap)
+        seen = seen_once(&own, r);
+    else if (!one_fills(point, &own, r))
+        seen = seen_by_places(point, near, r);
+    out->integral = seen.outer;
+    out->inner = seen.inner;
 }
 
 void support_find(const TraceScene *trace, const EyePoint *point, double radius, Support *out) {
     double open = CAU_PI * radius * radius / 2;
-    *out = (Support){.radius = radius, .integral = open, .inner = open / 2, .edge_distance = 1};
-    NearTriangle found[NEAR_MAX];
-    size_t count = trace_collect(trace, point->position, radius, found, NEAR_MAX);
+    *out = (Support){.radius = radius,
+        .integral = open,
+        .inner = open / 2,
+        .edge_distance = 1,
+        .along = {point->ng[0], point->ng[1], point->ng[2]},
+        .band = (float)(SUPPORT_HEIGHT * radius)};
     Plane plane = {
         .origin = point->position, .n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2])};
     v3_frame(plane.n, &plane.s, &plane.t);
-    /* Which way the winding of the point's own triangle faces, so that the far side of a thin wall is another
-     * sheet even where it lies within the tolerance. */
-    double facing = 1;
-    Near near; /* not zeroed: its list is large, and mostly empty */
-    near.sheets = 0;
-    near.blockers = near.full = false;
-    near.dense = count > NEAR_MAX;
-    for (size_t i = 0; i < count && !near.dense; i++)
-        if (!found[i].exact && found[i].object == point->object && found[i].primitive == point->primitive) {
-            V3 n = v3_cross(v3_sub(found[i].b, found[i].a), v3_sub(found[i].c, found[i].a));
-            facing = v3_dot(n, plane.n) >= 0 ? 1 : -1;
-        }
-    if (!near.dense)
-        sort_out(found, count, &plane, point, facing, radius, trace_carries(trace, point->object), &near);
+    Near near;
+    near_find(trace, point, &plane, radius, &near);
     out->mixed = near.blockers || near.dense;
-    double seen = near.dense || near.full ? open : sheets_sum(&near, ALL_OBJECTS);
-    bool overlap = fabs(seen - open) > ROUNDING * open && sheets_overlap(point, &near, ALL_OBJECTS, radius);
-    out->layered = near.dense || overlap || seen > (1 + ROUNDING) * open;
-    if (out->mixed)
+    out->layered = near.dense;
+    out->top = (float)fmin(near.top, SUPPORT_HEIGHT * radius);
+    if (!near.dense && !near.full)
+        sheets_find(trace, point, &plane, &near, out);
+    else if (out->mixed)
         probe_integral(trace, point, out, &plane, &near);
-    else if (!overlap && !near.full)
-        sheets_integral(out, &near);
-    else if (overlap && !one_fills(point, &near, radius))
-        union_integral(point, out, &near);
 }

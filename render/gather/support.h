@@ -13,11 +13,16 @@
  * the points around gather ln 2 of it, 31 % too little (the integral of dF / F, F being the part of the
  * kernel that is on the surface, from 1/2 at the edge to 1). So where there are probes, photons count a
  * second time from where the edge mirrors them (the reflection method of density estimation; Silverman
- * 1986, 2.10): exact in flux and on even light for a straight edge and one radius. */
+ * 1986, 2.10): exact in flux and on even light for a straight edge and one radius.
+ *
+ * Where other sheets lie apart from the point's own (tiles over their grout), they are no part of it: kernels
+ * that mixed them would give dark grout the light of its tiles. Of what lies below others only what the eye
+ * sees counts, of area and of photons: then the mean over what a pixel sees there is right, however wide the
+ * kernel. */
 #ifndef RENDER_GATHER_SUPPORT_H
 #define RENDER_GATHER_SUPPORT_H
 
-#include "render/trace/eye.h"
+#include "render/gather/sheets.h"
 
 typedef struct Support {
     double radius;
@@ -26,7 +31,11 @@ typedef struct Support {
     float edge[3];   /**< mixed: unit, towards the straight edge that what is missing is most like */
     float edge_distance; /**< of that edge, in radii; 1: none */
     bool mixed;          /**< something stands in the disk: photons must pass support_sees() */
-    bool layered; /**< one sheet may lie over another (tiles): lower photons must not be support_hidden() */
+    bool layered;        /**< one sheet may lie over another (tiles): photons must not be support_hidden() */
+    float top;           /**< layered: height of the highest sheet over the point; 0: none is higher */
+    float along[3]; /**< layered: from where what is hidden is hidden: the normal, or the eye; its height is 1
+                     */
+    float band;     /**< largest height over or under the tangent plane at which a deposit counts */
 } Support;
 
 /** False while only the radius is set. */
@@ -37,15 +46,8 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
 /** True when nothing stands between the point and another place on its surface. */
 bool support_sees(const TraceScene *trace, const EyePoint *point, const Support *support, V3 place);
 
-/** True when another sheet lies between the plane of the point's surface and a place `depth` below it. */
-bool support_hidden(
-    const TraceScene *trace, const EyePoint *point, const Support *support, V3 place, double depth);
-
-/** Largest height over the tangent plane, in radii, at which a deposit still counts as on the same surface.
- */
-#define SUPPORT_HEIGHT 0.25
-/** Smallest cosine between its normal and the point's. */
-#define SUPPORT_COSINE 0.5
+/** True when another sheet hides a place, one that lies up to `depth` higher. */
+bool support_hidden(const TraceScene *trace, const Support *support, V3 place, double depth);
 
 /** Photons' weights by both kernels. */
 typedef struct SupportKernels {
@@ -65,9 +67,5 @@ static inline void support_mirror(const Support *support, double q, double along
     sum->outer += mirrored.outer;
     sum->inner += mirrored.inner;
 }
-
-/** Integral of 1 - (d/r)^2 over the part of a triangle inside the disk of radius r around the origin, for a
- *  triangle given in the plane; signed by orientation. Exposed for its test. */
-double disk_triangle_integral(const double a[2], const double b[2], const double c[2], double radius);
 
 #endif

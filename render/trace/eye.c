@@ -3,6 +3,7 @@
 
 #include "core/checked.h"
 #include "core/rng.h"
+#include "render/trace/photons.h"
 
 enum { EYE_DEPTH_MAX = 256, EYE_ROULETTE_DEPTH = 2 };
 
@@ -32,7 +33,8 @@ static void add_point(EyeWalk *w, const Hit *hit, const ShadingFrame *frame, V3 
     Rgb weight = rgb_scale(rgb_mul(w->throughput, albedo), camera->exposure / CAU_PI);
     /* A slanted pixel covers more: the mean of its two edges. */
     double cosine = fmax(fabs(v3_dot(wi, frame->ng)), 0.05);
-    row->items[row->count++] = (EyePoint){.position = hit->position,
+    EyePoint *point = &row->items[row->count++];
+    *point = (EyePoint){.position = hit->position,
         .ng = {(float)frame->ng.x, (float)frame->ng.y, (float)frame->ng.z},
         .weight = {(float)weight.r, (float)weight.g, (float)weight.b},
         .size = (float)(camera_pixel_size(camera, w->distance) / sqrt(cosine)),
@@ -44,6 +46,7 @@ static void add_point(EyeWalk *w, const Hit *hit, const ShadingFrame *frame, V3 
         .glossy = (uint8_t)(w->chain.glossy < 255 ? w->chain.glossy : 255),
         .transmission = (uint8_t)(w->chain.transmission < 255 ? w->chain.transmission : 255),
         .straight = w->straight};
+    normal_encode(wi, point->from);
 }
 
 /* One surface; false ends the walk. */

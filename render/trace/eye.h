@@ -18,6 +18,7 @@ typedef struct EyePoint {
     float size;      /**< edge of the pixel's footprint, scene units */
     float share;     /**< of the eye path in its pixel: 1 / samples */
     float turn;      /**< a uniform number, for rotating probes */
+    int16_t from[2]; /**< direction it is seen from, as of normal_encode() */
     uint32_t pixel;
     int object;
     uint32_t primitive;

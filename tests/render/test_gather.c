@@ -11,8 +11,8 @@
 #include "core/rng.h"
 #include "render/film/bandwidth.h"
 #include "render/film/film.h"
+#include "render/gather/disk.h"
 #include "render/gather/photon_tree.h"
-#include "render/gather/support.h"
 #include "render/trace/camera.h"
 
 #include <stdio.h>
