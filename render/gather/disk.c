@@ -6,28 +6,31 @@
 /* Wedge of angle phi bounded by the circle: integral of (1 - rho^2/r^2) rho drho dphi = phi r^2 / 4. */
 static double wedge_circle(double angle, double r) { return angle * r * r / 4; }
 
-/* Wedge bounded by a line at distance h, between the angles p and q from the line's foot:
- * integral of h^2 / (2 cos^2) - h^4 / (4 r^2 cos^4). */
+/* Directions by their tangents p <= q from the foot of the line's perpendicular, along the line. */
+static double angle_between(double p, double q) { return atan2(q - p, 1 + p * q); }
+
+/* Wedge bounded by a line at distance h: integral of h^2 / (2 cos^2) - h^4 / (4 r^2 cos^4). */
 static double wedge_line(double h, double p, double q, double r) {
-    double tp = tan(p), tq = tan(q);
-    double second = tq - tp, fourth = second + (tq * tq * tq - tp * tp * tp) / 3;
+    double second = q - p, fourth = second + (q * q * q - p * p * p) / 3;
     return h * h / 2 * second - square(h * h) / (4 * r * r) * fourth;
 }
 
+/* Angles are taken only of what lies outside the circle: most edges of small triangles need none. */
 static double edge_integral(const double a[2], const double b[2], double r) {
-    double dx = b[0] - a[0], dy = b[1] - a[1], length = hypot(dx, dy);
-    double cross = a[0] * b[1] - a[1] * b[0];
+    double dx = b[0] - a[0], dy = b[1] - a[1], cross = a[0] * b[1] - a[1] * b[0];
+    double length = sqrt(dx * dx + dy * dy);
     if (length == 0 || cross == 0) return 0;
     double h = fabs(cross) / length;
-    /* Angles of the end points from the foot of the perpendicular, along the edge. */
-    double pa = atan2((a[0] * dx + a[1] * dy) / length, h), pb = atan2((b[0] * dx + b[1] * dy) / length, h);
-    double integral;
+    double ta = (a[0] * dx + a[1] * dy) / fabs(cross), tb = (b[0] * dx + b[1] * dy) / fabs(cross);
+    double integral = 0;
     if (h >= r) {
-        integral = wedge_circle(pb - pa, r);
+        integral = wedge_circle(angle_between(ta, tb), r);
     } else {
-        double in = acos(h / r); /* the line is inside the circle between -in and in */
-        double p = clamp(pa, -in, in), q = clamp(pb, -in, in);
-        integral = wedge_line(h, p, q, r) + wedge_circle((pb - pa) - (q - p), r);
+        double in = sqrt(r * r - h * h) / h; /* the line is inside the circle between -in and in */
+        double p = clamp(ta, -in, in), q = clamp(tb, -in, in);
+        if (ta < p) integral += wedge_circle(angle_between(ta, fmin(p, tb)), r);
+        if (tb > q) integral += wedge_circle(angle_between(fmax(q, ta), tb), r);
+        if (p < q) integral += wedge_line(h, p, q, r);
     }
     return cross > 0 ? integral : -integral;
 }

@@ -3,6 +3,8 @@
 
 #include "render/gather/disk.h"
 
+#include <string.h>
+
 enum { OVERLAP_PLACES = 24 };
 
 /* Of the golden angle, the other way round: 2 pi times 0.618. */
@@ -16,18 +18,6 @@ enum { OVERLAP_PLACES = 24 };
 
 static V3 on_plane(const Plane *plane, V3 p) {
     return v3_to_frame(v3_sub(p, plane->origin), plane->s, plane->t, plane->n);
-}
-
-/* Which side of an edge a place is on. */
-static double side_of(const V3 *a, const V3 *b, double x, double y) {
-    return (b->x - a->x) * (y - a->y) - (b->y - a->y) * (x - a->x);
-}
-
-static bool inside(const V3 *q, double x, double y) {
-    double first = side_of(&q[0], &q[1], x, y), second = side_of(&q[1], &q[2], x, y);
-    if (first * second < 0) return false;
-    double third = side_of(&q[2], &q[0], x, y);
-    return first * third >= 0 && second * third >= 0;
 }
 
 /* Cheap test: does the box of the local triangle come near the ball? */
@@ -82,7 +72,8 @@ static void sort_out(const NearTriangle *found, size_t count, const Plane *plane
                 near->blockers = true;
             continue;
         }
-        Patch p = {{on_plane(plane, f->a), on_plane(plane, f->b), on_plane(plane, f->c)}, 0, 0, f->object};
+        Patch p = {.corner = {on_plane(plane, f->a), on_plane(plane, f->b), on_plane(plane, f->c)},
+            .object = f->object};
         if (!overlaps(p.corner, r)) continue;
         V3 n = v3_cross(v3_sub(p.corner[1], p.corner[0]), v3_sub(p.corner[2], p.corner[0]));
         double length = v3_length(n);
@@ -110,6 +101,17 @@ static double facing_of(const NearTriangle *found, size_t count, const EyePoint 
             return v3_dot(n, normal) >= 0 ? 1 : -1;
         }
     return 1;
+}
+
+Plane plane_at(const EyePoint *point) {
+    Plane plane = {
+        .origin = point->position, .n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2])};
+    V3 s, t;
+    v3_frame(plane.n, &s, &t);
+    double cosine = cos(2 * CAU_PI * (double)point->turn), sine = sin(2 * CAU_PI * (double)point->turn);
+    plane.s = v3_add(v3_scale(s, cosine), v3_scale(t, sine));
+    plane.t = v3_sub(v3_scale(t, cosine), v3_scale(s, sine));
+    return plane;
 }
 
 void near_find(const TraceScene *trace, const EyePoint *point, const Plane *plane, double radius, Near *out) {
@@ -193,30 +195,61 @@ double sheets_sum(const Sheets *s) {
     return sum;
 }
 
-int sheets_at(const Sheets *s, double x, double y, int most) {
-    int found = 0;
-    for (size_t i = 0; i < s->count && found < most; i++)
-        found += of_sheets(s, i) && inside(s->patch[i].corner, x, y);
-    return found;
+/* An edge of a triangle that is on its left, in radii: positive on that side. */
+typedef struct Side {
+    float x, y, offset;
+} Side;
+
+static Side side_of(const V3 *a, const V3 *b, double left, double r) {
+    double x = left * (b->x - a->x) / r, y = left * (b->y - a->y) / r;
+    return (Side){(float)-y, (float)x, (float)((y * a->x - x * a->y) / r)};
+}
+
+void sheets_count(const Sheets *s, const Places *places, double r, int32_t *found) {
+    int count = places->count; /* of its own, for `found` might be where that one is */
+    memset(found, 0, (size_t)count * sizeof *found);
+    for (size_t i = 0; i < s->count; i++) {
+        if (!of_sheets(s, i)) continue;
+        const V3 *q = s->patch[i].corner;
+        double area = (q[1].x - q[0].x) * (q[2].y - q[0].y) - (q[1].y - q[0].y) * (q[2].x - q[0].x);
+        double left = area < 0 ? -1 : 1;
+        Side a = side_of(&q[0], &q[1], left, r), b = side_of(&q[1], &q[2], left, r),
+             c = side_of(&q[2], &q[0], left, r);
+        /* Without a branch and by the least distance from a side, so that compilers take several at a time.
+         */
+        for (int k = 0; k < count; k++) {
+            float x = places->x[k], y = places->y[k];
+            float from_a = a.x * x + a.y * y + a.offset, from_b = b.x * x + b.y * y + b.offset,
+                  from_c = c.x * x + c.y * y + c.offset;
+            float least = from_a < from_b ? from_a : from_b;
+            least = least < from_c ? least : from_c;
+            found[k] += least > 0 ? 1 : 0;
+        }
+    }
 }
 
 /* A spiral of golden-angle steps. The kernel's cumulative is c(q) = 2 q - q^2 with q = (d/r)^2, so
  * q = 1 - sqrt(1 - u). */
-void places_spread(const EyePoint *point, int count, Place *places) {
-    double cosine = cos(2 * CAU_PI * (double)point->turn), sine = sin(2 * CAU_PI * (double)point->turn);
+void places_spread(int count, Places *places) {
+    double cosine = 1, sine = 0;
+    places->count = count;
     for (int i = 0; i < count; i++) {
         double q = 1 - sqrt(1 - (i + 0.5) / count), d = sqrt(q);
-        places[i] = (Place){d * cosine, d * sine, q};
+        places->x[i] = (float)(d * cosine);
+        places->y[i] = (float)(d * sine);
+        places->q[i] = (float)q;
         double turned = cosine * GOLDEN_COSINE - sine * GOLDEN_SINE;
         sine = sine * GOLDEN_COSINE + cosine * GOLDEN_SINE;
         cosine = turned;
     }
 }
 
-bool sheets_overlap(const EyePoint *point, const Sheets *sheets, double r) {
-    Place places[OVERLAP_PLACES];
-    places_spread(point, OVERLAP_PLACES, places);
-    for (int i = 0; i < OVERLAP_PLACES; i++)
-        if (sheets_at(sheets, r * places[i].x, r * places[i].y, 2) > 1) return true;
-    return false;
+bool sheets_overlap(const Sheets *sheets, double r) {
+    if (sheets->count < 2) return false;
+    Places places;
+    places_spread(OVERLAP_PLACES, &places);
+    int32_t found[OVERLAP_PLACES], most = 0;
+    sheets_count(sheets, &places, r, found);
+    for (int i = 0; i < OVERLAP_PLACES; i++) most = found[i] > most ? found[i] : most;
+    return most > 1;
 }

@@ -18,7 +18,7 @@ enum { NEAR_MAX = 192 };
 /** Smallest cosine between its normal and the point's. */
 #define SUPPORT_COSINE 0.5
 
-/** Tangent plane: n is the point's normal. */
+/** Tangent plane: n is the point's normal; s and t are turned at random. */
 typedef struct Plane {
     V3 origin, s, t, n;
 } Plane;
@@ -49,6 +49,8 @@ typedef struct Sheets {
     size_t count;
     int object;
 } Sheets;
+
+Plane plane_at(const EyePoint *point);
 
 void near_find(const TraceScene *trace, const EyePoint *point, const Plane *plane, double radius, Near *out);
 
@@ -82,17 +84,19 @@ double patch_integral(const Patch *patch, double radius);
 /** The same over all of them, of the radius they were found for. */
 double sheets_sum(const Sheets *sheets);
 
-/** On how many of them a place of the plane is; `most` stands for more, too. */
-int sheets_at(const Sheets *sheets, double x, double y, int most);
+/** Places of the plane, in radii, and their squared distances. */
+enum { PLACES_MAX = 96 };
+typedef struct Places {
+    int count;
+    float x[PLACES_MAX], y[PLACES_MAX], q[PLACES_MAX];
+} Places;
 
-/** A place of the plane, in radii, and its squared distance. */
-typedef struct Place {
-    double x, y, q;
-} Place;
+/** Spreads places, PLACES_MAX at most, like the kernel. */
+void places_spread(int count, Places *out);
 
-/** Spreads places like the kernel, turned at random for each point. */
-void places_spread(const EyePoint *point, int count, Place *places);
+/** On how many of them each place is. */
+void sheets_count(const Sheets *sheets, const Places *places, double radius, int32_t *found);
 
-bool sheets_overlap(const EyePoint *point, const Sheets *sheets, double radius);
+bool sheets_overlap(const Sheets *sheets, double radius);
 
 #endif

@@ -4,7 +4,7 @@
 #include "render/gather/sheets.h"
 #include "render/trace/photons.h"
 
-enum { PROBES = 24, UNION_PLACES = 96, SLAB_HITS = 16 };
+enum { PROBES = 24, SLAB_HITS = 16 };
 
 /* Lift of visibility tests over the surface, in radii. */
 #define LIFT 0.02
@@ -51,18 +51,17 @@ static bool above_sheet(
     return false;
 }
 
-static bool on_sheets(const Sheets *sheets, double x, double y) { return sheets_at(sheets, x, y, 1) > 0; }
-
 /* Which places can be seen from the point. */
 static void probes_send(const TraceScene *trace, const EyePoint *point, const Support *support,
-    const Plane *plane, const Near *near, const Place *places, bool *seen) {
+    const Plane *plane, const Near *near, const Places *places, bool *seen) {
     double r = support->radius;
     Sheets all = sheets_all(near);
+    int32_t on[PROBES];
+    sheets_count(&all, places, r, on);
     for (int i = 0; i < PROBES; i++) {
-        double x = r * places[i].x, y = r * places[i].y;
-        V3 place = v3_add(plane->origin, v3_add(v3_scale(plane->s, x), v3_scale(plane->t, y)));
-        bool sheet =
-            near->full || (near->dense ? above_sheet(trace, point, plane, place, r) : on_sheets(&all, x, y));
+        V3 place = v3_mad(
+            v3_mad(plane->origin, r * (double)places->x[i], plane->s), r * (double)places->y[i], plane->t);
+        bool sheet = near->full || (near->dense ? above_sheet(trace, point, plane, place, r) : on[i] > 0);
         /* Nothing is seen where a caster lies on the surface, so light that a kernel put there would be lost.
          */
         seen[i] = sheet && !trace_covered(trace, point->object, place, plane->n) &&
@@ -73,12 +72,12 @@ static void probes_send(const TraceScene *trace, const EyePoint *point, const Su
 /* A disk cut by a straight line at distance t keeps a kernel whose centre of mass lies 8 / (15 pi) (1 -
  * t^2)^(5/2) of the whole kernel's mass from the middle. What is missing on all sides has none, and no line.
  */
-static void find_edge(Support *support, const Plane *plane, const Place *places, const bool *seen) {
+static void find_edge(Support *support, const Plane *plane, const Places *places, const bool *seen) {
     double x = 0, y = 0;
     for (int i = 0; i < PROBES; i++)
         if (!seen[i]) {
-            x += places[i].x / PROBES;
-            y += places[i].y / PROBES;
+            x += (double)places->x[i] / PROBES;
+            y += (double)places->y[i] / PROBES;
         }
     double moment = hypot(x, y);
     if (moment == 0) return;
@@ -91,20 +90,19 @@ static void find_edge(Support *support, const Plane *plane, const Place *places,
 
 static void probe_integral(
     const TraceScene *trace, const EyePoint *point, Support *support, const Plane *plane, const Near *near) {
-    Place places[PROBES];
+    Places places;
     bool seen[PROBES];
-    places_spread(point, PROBES, places);
-    probes_send(trace, point, support, plane, near, places, seen);
-    find_edge(support, plane, places, seen);
+    places_spread(PROBES, &places);
+    probes_send(trace, point, support, plane, near, &places, seen);
+    find_edge(support, plane, &places, seen);
     V3 edge = v3((double)support->edge[0], (double)support->edge[1], (double)support->edge[2]);
     double ex = v3_dot(edge, plane->s), ey = v3_dot(edge, plane->t), outer = 0, inner = 0, inner_all = 0;
     for (int i = 0; i < PROBES; i++) {
-        const Place *p = &places[i];
-        double density = 1 - p->q;
-        inner_all += inner_weight(p->q);
+        double x = (double)places.x[i], y = (double)places.y[i], q = (double)places.q[i], density = 1 - q;
+        inner_all += inner_weight(q);
         if (!seen[i]) continue;
-        SupportKernels k = support_kernels(p->q);
-        support_mirror(support, p->q, p->x * ex + p->y * ey, &k);
+        SupportKernels k = support_kernels(q);
+        support_mirror(support, q, x * ex + y * ey, &k);
         outer += k.outer / density;
         inner += k.inner / density;
     }
@@ -120,58 +118,62 @@ typedef struct Seen {
     double outer, inner, outer_any;
 } Seen;
 
-static bool fills(const EyePoint *point, const Sheets *sheets, double r) {
+static bool fills(const Sheets *sheets, double r) {
     double open = CAU_PI * square(r) / 2;
-    return fabs(sheets_sum(sheets) - open) <= ROUNDING * open && !sheets_overlap(point, sheets, r);
+    return fabs(sheets_sum(sheets) - open) <= ROUNDING * open && !sheets_overlap(sheets, r);
 }
 
 /* Does one object's surface fill the disk, whatever lies on it? */
-static bool one_fills(const EyePoint *point, const Sheets *sheets, double r) {
+static bool one_fills(const Sheets *sheets, double r) {
     for (size_t i = 0; i < sheets->count; i++) {
         Sheets one = {sheets->patch, sheets->count, sheets->patch[i].object};
         size_t first = 0;
         while (sheets->patch[first].object != one.object) first++;
-        if (first == i && fills(point, &one, r)) return true;
+        if (first == i && fills(&one, r)) return true;
     }
     return false;
 }
 
 /* Where one sheet lies over another (a block flush with its wall), their areas would count twice what is seen
  * once: the places that are on any of them, and under none of those above, are counted instead. */
-static Seen seen_by_places(const EyePoint *point, const Near *near, double r) {
+static Seen seen_by_places(const Near *near, double r) {
     Sheets own = sheets_own(near), above = sheets_above(near), below = sheets_below(near);
-    Place places[UNION_PLACES];
-    places_spread(point, UNION_PLACES, places);
+    Places places;
+    int32_t on_own[PLACES_MAX], on_above[PLACES_MAX], on_below[PLACES_MAX];
+    places_spread(PLACES_MAX, &places);
+    sheets_count(&own, &places, r, on_own);
+    sheets_count(&above, &places, r, on_above);
+    sheets_count(&below, &places, r, on_below);
     double outer = 0, inner = 0, inner_all = 0, any = 0, open = CAU_PI * square(r) / 2;
-    for (int i = 0; i < UNION_PLACES; i++) {
-        double weight = inner_weight(places[i].q), x = r * places[i].x, y = r * places[i].y;
+    for (int i = 0; i < PLACES_MAX; i++) {
+        double weight = inner_weight((double)places.q[i]);
         inner_all += weight;
-        bool on_own = on_sheets(&own, x, y), on_above = on_sheets(&above, x, y);
-        any += on_own || on_above || on_sheets(&below, x, y);
-        if (!on_own || on_above) continue;
+        any += on_own[i] || on_above[i] || on_below[i];
+        if (!on_own[i] || on_above[i]) continue;
         outer++;
         inner += weight;
     }
-    return (Seen){open * fmax(outer, 1) / UNION_PLACES, open / 2 * fmax(inner, 1) / inner_all,
-        open * fmax(any, 1) / UNION_PLACES};
+    return (Seen){open * fmax(outer, 1) / PLACES_MAX, open / 2 * fmax(inner, 1) / inner_all,
+        open * fmax(any, 1) / PLACES_MAX};
 }
 
 /* Do all that lie above lie over the own sheets, none of them over another? */
-static bool above_own_alone(const EyePoint *point, const Near *near, double r) {
+static bool above_own_alone(const Near *near, double r) {
     Sheets own = sheets_own(near), above = sheets_above(near);
-    if (near->below || sheets_overlap(point, &own, r) || sheets_overlap(point, &above, r)) return false;
-    Place places[PROBES];
-    places_spread(point, PROBES, places);
-    for (int i = 0; i < PROBES; i++) {
-        double x = r * places[i].x, y = r * places[i].y;
-        if (on_sheets(&above, x, y) && !on_sheets(&own, x, y)) return false;
-    }
+    if (near->below || sheets_overlap(&own, r) || sheets_overlap(&above, r)) return false;
+    Places places;
+    int32_t on_own[PROBES], on_above[PROBES];
+    places_spread(PROBES, &places);
+    sheets_count(&own, &places, r, on_own);
+    sheets_count(&above, &places, r, on_above);
+    for (int i = 0; i < PROBES; i++)
+        if (on_above[i] && !on_own[i]) return false;
     return true;
 }
 
 /* What those above leave of the own sheets: slits may be far finer than the places lie. */
-static Seen seen_between(const EyePoint *point, const Near *near, double r) {
-    if (!above_own_alone(point, near, r)) return seen_by_places(point, near, r);
+static Seen seen_between(const Near *near, double r) {
+    if (!above_own_alone(near, r)) return seen_by_places(near, r);
     Sheets own = sheets_own(near), above = sheets_above(near);
     double outer_any = sheets_sum(&own), outer = outer_any - sheets_sum(&above), inner = 0, inner_any = 0;
     for (size_t i = 0; i < own.count; i++) inner_any += patch_integral(&own.patch[i], r * sqrt(0.5));
@@ -209,9 +211,8 @@ static void set_apart(const EyePoint *point, const Plane *plane, Near *near, Sup
 }
 
 /* Probes tell what is hidden by what rises out of the disk, of all sheets: this is the own sheets' share. */
-static void take_share(const EyePoint *point, const Near *near, Support *out) {
-    Seen seen =
-        near->above > 0 ? seen_between(point, near, out->radius) : seen_by_places(point, near, out->radius);
+static void take_share(const Near *near, Support *out) {
+    Seen seen = near->above > 0 ? seen_between(near, out->radius) : seen_by_places(near, out->radius);
     double share = fmin(seen.outer / seen.outer_any, 1);
     out->integral *= share;
     out->inner *= share;
@@ -224,20 +225,20 @@ static void sheets_find(
     Sheets own = sheets_own(near);
     double sum = sheets_sum(&own);
     bool apart = near->above + near->below > 0,
-         overlap = fabs(sum - open) > ROUNDING * open && sheets_overlap(point, &own, r);
+         overlap = fabs(sum - open) > ROUNDING * open && sheets_overlap(&own, r);
     out->layered = near->above > 0 || (!apart && (overlap || sum > (1 + ROUNDING) * open));
     if (out->mixed) {
         probe_integral(trace, point, out, plane, near);
-        if (apart) take_share(point, near, out);
+        if (apart) take_share(near, out);
         return;
     }
     Seen seen = {open, open / 2, open};
     if (near->above > 0)
-        seen = seen_between(point, near, r);
+        seen = seen_between(near, r);
     else if (!overlap)
         seen = seen_once(&own, r);
-    else if (!one_fills(point, &own, r))
-        seen = seen_by_places(point, near, r);
+    else if (!one_fills(&own, r))
+        seen = seen_by_places(near, r);
     out->integral = seen.outer;
     out->inner = seen.inner;
 }
@@ -250,9 +251,7 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
         .edge_distance = 1,
         .along = {point->ng[0], point->ng[1], point->ng[2]},
         .band = (float)(SUPPORT_HEIGHT * radius)};
-    Plane plane = {
-        .origin = point->position, .n = v3((double)point->ng[0], (double)point->ng[1], (double)point->ng[2])};
-    v3_frame(plane.n, &plane.s, &plane.t);
+    Plane plane = plane_at(point);
     Near near;
     near_find(trace, point, &plane, radius, &near);
     out->mixed = near.blockers || near.dense;
