@@ -97,6 +97,7 @@ void places_spread(int count, Places *out);
 /** On how many of them each place is. */
 void sheets_count(const Sheets *sheets, const Places *places, double radius, int32_t *found);
 
+/** True when places spread over the disk lie on two of them. */
 bool sheets_overlap(const Sheets *sheets, double radius);
 
 #endif
