@@ -92,9 +92,6 @@ static void find_support(Sum *s) {
     set_edge(s);
 }
 
-/* Deposits that lie so far below the highest sheet, in radii, may be hidden by it. */
-#define HIDDEN_LEAST 1e-3
-
 static void add_deposit(void *data, const Deposit *d, double distance2) {
     Sum *s = data;
     V3 place = v3((double)d->position[0], (double)d->position[1], (double)d->position[2]);
@@ -109,7 +106,7 @@ static void add_deposit(void *data, const Deposit *d, double distance2) {
     r = s->support->radius;
     if (fabs(height) > (double)s->support->band) return;
     double depth = (double)s->support->top - height;
-    if (s->support->layered && depth > HIDDEN_LEAST * r &&
+    if (s->support->layered && depth > (double)s->support->flat &&
         support_hidden(s->run->trace, s->support, place, depth))
         return;
     double q = positive(distance2 - height * height) * s->inverse_r2;

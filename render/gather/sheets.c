@@ -3,6 +3,7 @@
 
 #include "render/gather/disk.h"
 
+#include <float.h>
 #include <string.h>
 
 enum { OVERLAP_PLACES = 24 };
@@ -13,6 +14,9 @@ enum { OVERLAP_PLACES = 24 };
 
 /* Sheets this near to the point's plane, in radii, lie in it. */
 #define IN_PLANE 1e-3
+
+/* Of a deposit's coordinates, which are floats, and of the point's normal. */
+#define ROUNDING (4 * FLT_EPSILON)
 
 /* ---- one triangle ---- */
 
@@ -88,7 +92,7 @@ static void sort_out(const NearTriangle *found, size_t count, const Plane *plane
             if (lowest_of(&p) > 0) near->top = fmax(near->top, highest_of(&p));
             continue;
         }
-        if (highest_of(&p) > IN_PLANE * r || (carries && f->object != point->object)) near->blockers = true;
+        if (highest_of(&p) > near->flat || (carries && f->object != point->object)) near->blockers = true;
     }
 }
 
@@ -119,6 +123,8 @@ void near_find(const TraceScene *trace, const EyePoint *point, const Plane *plan
     size_t count = trace_collect(trace, point->position, radius, found, NEAR_MAX);
     /* Not zeroed as a whole: the list is large, and mostly empty. */
     out->sheets = out->above = out->below = 0;
+    V3 p = plane->origin;
+    out->flat = fmax(IN_PLANE * radius, ROUNDING * fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z))));
     out->top = 0;
     out->blockers = out->full = false;
     out->dense = count > NEAR_MAX;
@@ -149,8 +155,8 @@ static size_t put_last(Patch *patches, size_t count, bool (*goes)(const Patch *,
 static bool lies_over(const Patch *p, double height) { return lowest_of(p) > height; }
 static bool lies_under(const Patch *p, double depth) { return highest_of(p) < -depth; }
 
-double near_set_apart(Near *near, double r) {
-    double flat = IN_PLANE * r, nearest = INFINITY;
+double near_set_apart(Near *near) {
+    double flat = near->flat, nearest = INFINITY;
     for (size_t i = 0; i < near->sheets; i++) {
         double lowest = lowest_of(&near->sheet[i]), highest = highest_of(&near->sheet[i]);
         if (lowest >= -flat && highest <= flat) continue;

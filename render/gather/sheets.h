@@ -36,10 +36,11 @@ typedef struct Near {
     Patch sheet[NEAR_MAX];
     size_t sheets;       /**< so many; once set apart, the point's own come first, then those above */
     size_t above, below; /**< so many once set apart, else 0 */
-    double top;          /**< of the sheets that lie higher than the point as a whole; 0: none */
-    bool blockers;       /**< something that is no sheet rises out of the disk, or stands on it */
-    bool full;           /**< an exact surface of the point's own object */
-    bool dense;          /**< more triangles than `sheet` holds: none is listed */
+    double flat;   /**< heights up to this are none: a share of the radius, or the rounding of deposits */
+    double top;    /**< of the sheets that lie higher than the point as a whole; 0: none */
+    bool blockers; /**< something that is no sheet rises out of the disk, or stands on it */
+    bool full;     /**< an exact surface of the point's own object */
+    bool dense;    /**< more triangles than `sheet` holds: none is listed */
 } Near;
 
 /** Some of the sheets: of one object, or of all. */
@@ -57,7 +58,7 @@ void near_find(const TraceScene *trace, const EyePoint *point, const Plane *plan
 /** Where every sheet lies in the point's plane or at a distance from it: puts them in order and returns the
  *  largest height at which deposits are the plane's own. Leaves all as they are and returns 0 where sheets
  *  cross the plane, or none lies elsewhere. */
-double near_set_apart(Near *near, double radius);
+double near_set_apart(Near *near);
 
 /** Shifts what lies above to where it hides the plane for one who looks along `from` (plane coordinates), and
  *  returns the radius, at least half of the old one, in which all that does is listed; of that radius the

@@ -196,7 +196,7 @@ static Seen seen_once(const Sheets *sheets, double r) {
 
 /* Sheets above are looked between as the eye does, for a slanted look meets the shade behind their edges. */
 static void set_apart(const EyePoint *point, const Plane *plane, Near *near, Support *out) {
-    double band = near_set_apart(near, out->radius);
+    double band = near_set_apart(near);
     if (band == 0) return;
     if (near->above > 0) {
         V3 from = v3_to_frame(normal_decode(point->from), plane->s, plane->t, plane->n);
@@ -256,6 +256,7 @@ void support_find(const TraceScene *trace, const EyePoint *point, double radius,
     near_find(trace, point, &plane, radius, &near);
     out->mixed = near.blockers || near.dense;
     out->layered = near.dense;
+    out->flat = (float)near.flat;
     out->top = (float)fmin(near.top, SUPPORT_HEIGHT * radius);
     if (!near.dense && !near.full)
         sheets_find(trace, point, &plane, &near, out);

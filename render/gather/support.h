@@ -33,6 +33,7 @@ typedef struct Support {
     bool mixed;          /**< something stands in the disk: photons must pass support_sees() */
     bool layered;        /**< one sheet may lie over another (tiles): photons must not be support_hidden() */
     float top;           /**< layered: height of the highest sheet over the point; 0: none is higher */
+    float flat;          /**< layered: photons that lie deeper below `top` may be hidden by it */
     float along[3]; /**< layered: from where what is hidden is hidden: the normal, or the eye; its height is 1
                      */
     float band;     /**< largest height over or under the tangent plane at which a deposit counts */
