@@ -15,8 +15,8 @@ enum { OVERLAP_PLACES = 24 };
 /* Sheets this near to the point's plane, in radii, lie in it. */
 #define IN_PLANE 1e-3
 
-/* Of a deposit's coordinates, which are floats, and of the point's normal. */
-#define ROUNDING (4 * FLT_EPSILON)
+/* Of a deposit's coordinates, which are floats, as a share of the largest. */
+#define DEPOSIT_ROUNDING (4 * FLT_EPSILON)
 
 /* ---- one triangle ---- */
 
@@ -124,7 +124,7 @@ void near_find(const TraceScene *trace, const EyePoint *point, const Plane *plan
     /* Not zeroed as a whole: the list is large, and mostly empty. */
     out->sheets = out->above = out->below = 0;
     V3 p = plane->origin;
-    out->flat = fmax(IN_PLANE * radius, ROUNDING * fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z))));
+    out->flat = fmax(IN_PLANE * radius, DEPOSIT_ROUNDING * fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z))));
     out->top = 0;
     out->blockers = out->full = false;
     out->dense = count > NEAR_MAX;
@@ -171,12 +171,11 @@ double near_set_apart(Near *near) {
 }
 
 double near_look_along(Near *near, double radius, V3 *from) {
-    Patch *above = near->sheet + near->sheets - near->above - near->below;
+    Patch *above = near->sheet + sheets_own(near).count;
     double highest = 0, slope = hypot(from->x, from->y) / from->z;
     for (size_t i = 0; i < near->above; i++) highest = fmax(highest, highest_of(&above[i]));
-    double most = radius / (2 * highest), taken = fmin(slope, most);
-    *from =
-        slope > 0 ? v3(from->x / from->z * taken / slope, from->y / from->z * taken / slope, 1) : v3(0, 0, 1);
+    double taken = fmin(slope, radius / (2 * highest)), scale = slope > 0 ? taken / slope / from->z : 0;
+    *from = v3(from->x * scale, from->y * scale, 1);
     for (size_t i = 0; i < near->above; i++)
         for (int k = 0; k < 3; k++) {
             V3 *corner = &above[i].corner[k];

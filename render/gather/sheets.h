@@ -34,7 +34,7 @@ typedef struct Patch {
 /** What lies near a point. */
 typedef struct Near {
     Patch sheet[NEAR_MAX];
-    size_t sheets;       /**< so many; once set apart, the point's own come first, then those above */
+    size_t sheets;       /**< so many; once set apart: the point's own, those above, those below */
     size_t above, below; /**< so many once set apart, else 0 */
     double flat;   /**< heights up to this are none: a share of the radius, or the rounding of deposits */
     double top;    /**< of the sheets that lie higher than the point as a whole; 0: none */
@@ -51,8 +51,10 @@ typedef struct Sheets {
     int object;
 } Sheets;
 
+/** The point's tangent plane. */
 Plane plane_at(const EyePoint *point);
 
+/** Lists what lies within `radius` of the point. */
 void near_find(const TraceScene *trace, const EyePoint *point, const Plane *plane, double radius, Near *out);
 
 /** Where every sheet lies in the point's plane or at a distance from it: puts them in order and returns the
@@ -70,7 +72,7 @@ static inline Sheets sheets_own(const Near *near) {
 }
 
 static inline Sheets sheets_above(const Near *near) {
-    return (Sheets){near->sheet + near->sheets - near->above - near->below, near->above, ALL_OBJECTS};
+    return (Sheets){near->sheet + sheets_own(near).count, near->above, ALL_OBJECTS};
 }
 
 static inline Sheets sheets_below(const Near *near) {

@@ -212,7 +212,7 @@ static void set_apart(const EyePoint *point, const Plane *plane, Near *near, Sup
 
 /* Probes tell what is hidden by what rises out of the disk, of all sheets: this is the own sheets' share. */
 static void take_share(const Near *near, Support *out) {
-    Seen seen = near->above > 0 ? seen_between(near, out->radius) : seen_by_places(near, out->radius);
+    Seen seen = seen_between(near, out->radius);
     double share = fmin(seen.outer / seen.outer_any, 1);
     out->integral *= share;
     out->inner *= share;

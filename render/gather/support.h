@@ -34,9 +34,8 @@ typedef struct Support {
     bool layered;        /**< one sheet may lie over another (tiles): photons must not be support_hidden() */
     float top;           /**< layered: height of the highest sheet over the point; 0: none is higher */
     float flat;          /**< layered: photons that lie deeper below `top` may be hidden by it */
-    float along[3]; /**< layered: from where what is hidden is hidden: the normal, or the eye; its height is 1
-                     */
-    float band;     /**< largest height over or under the tangent plane at which a deposit counts */
+    float along[3];      /**< layered: what is hidden is hidden from there, normal or eye; its height is 1 */
+    float band;          /**< largest height over or under the tangent plane at which a deposit counts */
 } Support;
 
 /** False while only the radius is set. */

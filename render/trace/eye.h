@@ -17,7 +17,7 @@ typedef struct EyePoint {
     float weight[3]; /**< radiance at the pixel per irradiance here: throughput * albedo / pi * exposure */
     float size;      /**< edge of the pixel's footprint, scene units */
     float share;     /**< of the eye path in its pixel: 1 / samples */
-    float turn;      /**< a uniform number, for rotating probes */
+    float turn;      /**< a uniform number, for turning the places at which its surroundings are probed */
     int16_t from[2]; /**< direction it is seen from, as of normal_encode() */
     uint32_t pixel;
     int object;

@@ -38,20 +38,21 @@ def square(check):
 def strips(check):
     """Long tiles lifted over their grout. Slanted light leaves part of the gaps in shadow, and some of it lands behind the
     tiles' edges; a slanted view of light straight down sees dark grout behind the edges. Neither is the tiles' light.
-    Walls along the strips, which shade nothing, make kernels look at them by rays."""
+    Walls along the strips, which shade nothing, make kernels look at them by rays: in corridors as narrow as the kernels, 24 rays
+    tell the surface with so much noise that one over it is a per cent too large."""
     pitch, gap, down, slanted = 0.1, 0.04, [0, 0, -1], [3, 0, -1]
     rows, walls = 1.5 / math.sqrt(10), [box(f"Wall{y}", [2.4, 0.01, 0.2], [0, y, 0.1], "white") for y in (-0.205, 0.205)]
-    for name, lift, shift, direction, view, width, shape, more in (
-            ("slanted light", 0.02, 0.02, [1, 0, -1], down, 1, [16, 16], []),
-            ("slanted view", 0.005, 0.015, down, slanted, rows, [16, 16], []),
-            ("slanted light between walls", 0.02, 0.02, [1, 0, -1], down, 0.4, [8, 20], walls),
-            ("slanted view between walls", 0.005, 0.015, down, slanted, 0.4, [16, 19], walls)):
+    for name, lift, shift, direction, view, width, shape, more, bias in (
+            ("slanted light", 0.02, 0.02, [1, 0, -1], down, 1, [16, 16], [], 0.003),
+            ("slanted view", 0.005, 0.015, down, slanted, rows, [16, 16], [], 0.003),
+            ("slanted light between walls", 0.02, 0.02, [1, 0, -1], down, 0.4, [8, 20], walls, 0.01),
+            ("slanted view between walls", 0.005, 0.015, down, slanted, 0.4, [16, 19], walls, 0.01)):
         camera = look_camera([-0.3 * d for d in view], [0, 0, 0], width, shape)
         tiles = [plane(f"Tile{i}", [pitch - gap, 2.4], [(i + 0.5) * pitch, 0, lift]) for i in range(-12, 12)]
         s = scene(camera, [plane("Grout", [2.4, 2.4], [0, 0, 0]), plane("Sheet", [6, 6], [0, 0, 1], "air")] + tiles + more, [sun(direction)])
         truth = -direction[2] / math.hypot(*direction) * (pitch - shift) / pitch
         mean = Figure([irradiance(s, seed).mean() for seed in range(1, 9)])
-        check.close(f"strips of tiles, {name}", mean, truth, 0.01 * truth, 0.005)
+        check.close(f"strips of tiles, {name}", mean, truth, bias * truth, 0.005)
 
 
 def far_side(check):
