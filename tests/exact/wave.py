@@ -120,6 +120,18 @@ def focus_through_a_pane(check):
     check.that(error < 0.02, f"focus through a pane: differs by {100 * error:.2f} % RMSE / RMS from without it (2)")
 
 
+def noisy_sheet(check):
+    """A sheet of water whose waves are as short as the grid's cells: no three corners tell what lies between them, and the
+    picture is what single rays bring. Its noise is that of as many photons, not of a sixteenth of them."""
+    waves = [{"amplitude": 0.001, "k": 60 + 7 * i, "direction_rad": 0.9 * i, "phase": 1.3 * i} for i in range(7)]
+    sheet = {"name": "Sheet", "shape": {"type": "heightfield", "size": [2, 2], "waves": waves}, "position": [0, 0, 0.6],
+             "material": "glass"}
+    s = scene(down_camera(0, 0, 0.4, 0.8, [24, 24]), [plane("Floor", [4, 4], [0, 0, 0]), sheet], [sun([0, 0, -1])])
+    pictures = np.array([green(s, seed, RAYS) for seed in SEEDS])
+    noise = math.sqrt(pictures.var(axis=0, ddof=1).mean()) / pictures.mean()
+    check.that(noise < 0.17, f"sheet of short waves, {RAYS} rays: {100 * noise:.1f} % noise (17)")
+
+
 if __name__ == "__main__":
     found = Check()
     gaps(found)
@@ -127,4 +139,5 @@ if __name__ == "__main__":
     rings(found)
     round_and_round(found)
     focus_through_a_pane(found)
+    noisy_sheet(found)
     found.end()

@@ -179,6 +179,7 @@ typedef struct WaveCells {
     WaveClaim claims[WAVE_CLAIMED_MAX];
     size_t claim_count;
     uint64_t leaves; /* triangles that were not split, so far */
+    double found;    /* mean square of what rays lately found there that corners did not tell, relative */
 } WaveCells;
 
 /** The claim of a path, or NULL. */

@@ -12,18 +12,25 @@
 
 /* What is left over becomes one photon for certain above this share, below it with less probability. */
 #define PHOTON_SHARE 0.05
-/* Share of the triangles in which a ray looks for what their corners do not tell. */
+/* A ray looks for what their corners do not tell in this share of the triangles at least, and in more where
+ * looks found much lately: in all where the mean square of what they found, relative to a triangle's light,
+ * is LOOK_SURE. On a noisy surface nearly every triangle is wrong, and one ray for sixteen of them was most
+ * of the noise; on smooth ones more looks only take time. The mean is over some LOOK_MEMORY looks. What comes
+ * is not asked for the chance, so the sum stays right in the mean. */
 #define LOOK_CHANCE (1.0 / 16)
+#define LOOK_SURE 0.5
+#define LOOK_MEMORY 32.0
 /* Light that is moved by less than this part of a pixel, or of the landed triangle, stays where it is: that a
  * triangle is flat and evenly lit costs less than the noise of mending it. */
 #define SAME_PLACE 0.1
 #define SAME_TRIANGLE 0.25
 
 /* How a ray's difference is weighted: `scale` by what the ray stands for; weights under `least` are put with
- * less probability and more weight. */
+ * less probability and more weight. `put`: the sum of the squares of the weights that were put. */
 typedef struct Share {
     double scale, least;
     Rng *rng;
+    double put;
 } Share;
 
 const WaveClaim *wave_claimed(const WaveCells *c, uint64_t path) {
@@ -59,21 +66,23 @@ static void put_splat(WaveCells *c, const WaveLanding *l, Rgb flux, double turn)
 }
 
 /* The weight's factor, 0 when the photon is left out. */
-static double survives(const Share *share, Rgb weight) {
+static double survives(Share *share, Rgb weight) {
     double size = fmax(fabs(weight.r), fmax(fabs(weight.g), fabs(weight.b)));
     double chance = share->least > 0 ? fmin(1, size / share->least) : 1;
-    return size > 0 && rng_next(share->rng) < chance ? share->scale / chance : 0;
+    if (!(size > 0) || rng_next(share->rng) >= chance) return 0;
+    share->put += square(size / chance);
+    return share->scale / chance;
 }
 
 /* On what the camera sees directly; `sure`: it does see the place. */
-static void put_shown(WaveCells *c, const WaveLanding *l, Rgb weight, const Share *share, bool sure) {
+static void put_shown(WaveCells *c, const WaveLanding *l, Rgb weight, Share *share, bool sure) {
     double scale = l->shown ? survives(share, weight) : 0;
     if (scale > 0 && (sure || wave_view_sees(c->view, c->run->trace, l)))
         put_splat(c, l, rgb_scale(weight, scale), rng_next(share->rng));
 }
 
 /* On what it sees through glass and in mirrors. */
-static void put_seen(WaveCells *c, const WaveLanding *l, Rgb weight, const Share *share) {
+static void put_seen(WaveCells *c, const WaveLanding *l, Rgb weight, Share *share) {
     double scale = survives(share, weight);
     if (scale > 0) wave_put_deposit(c, l, rgb_scale(weight, scale));
 }
@@ -153,8 +162,8 @@ static bool same_place(const WaveCells *c, const Drawn *d, const WaveLanding *fo
 /* ---- the difference ---- */
 
 /* A path that the ray found and a triangle has claimed. */
-static void put_moved(WaveCells *c, const WaveLanding *found, const WaveClaim *claim, const WaveCorner *ray,
-    const Share *share) {
+static void put_moved(
+    WaveCells *c, const WaveLanding *found, const WaveClaim *claim, const WaveCorner *ray, Share *share) {
     Drawn d = drawn_at(c, claim, ray->u, ray->v);
     bool same = same_place(c, &d, found);
     Rgb minus = rgb_scale(claim->weight, -1), rest = rgb_add(found->weight, minus);
@@ -165,7 +174,7 @@ static void put_moved(WaveCells *c, const WaveLanding *found, const WaveClaim *c
     if (!same && d.seen) put_seen(c, &d.at, minus, share);
 }
 
-static void put_difference(WaveCells *c, const WaveCorner *ray, const Share *share) {
+static void put_difference(WaveCells *c, const WaveCorner *ray, Share *share) {
     const WaveLanding *found = &c->landings.items[ray->first];
     bool met[WAVE_CLAIMED_MAX] = {false};
     for (uint32_t i = 0; i < ray->count; i++) {
@@ -200,7 +209,8 @@ void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, do
     uint64_t leaf = c->leaves++;
     if (!c->view) return;
     Rng rng = rng_make(rng_combine(c->key, leaf));
-    double chance = clamp(left / PHOTON_SHARE, LOOK_CHANCE, 1);
+    double look = clamp(c->found / LOOK_SURE, LOOK_CHANCE, 1), rest = left / PHOTON_SHARE;
+    double chance = fmin(fmax(look, rest), 1);
     if (rng_next(&rng) >= chance) return;
     double a = sqrt(rng_next(&rng)), b = rng_next(&rng), w[3] = {1 - a, a * (1 - b), a * b}, u = 0, v = 0;
     for (int k = 0; k < 3; k++) {
@@ -209,6 +219,9 @@ void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, do
     }
     size_t top = c->landings.count;
     WaveCorner ray = wave_corner(c->run, c->front, u, v, 0, &c->landings, &c->out->account);
-    put_difference(c, &ray, &(Share){area / chance, PHOTON_SHARE * chance * rgb_max(start), &rng});
+    Share share = {area / chance, PHOTON_SHARE * chance * rgb_max(start), &rng, 0};
+    put_difference(c, &ray, &share);
+    double whole = fmax(rgb_max(start), rgb_max(ray.weight)); /* the corners may have missed the caster */
+    if (rest <= look && whole > 0) c->found += (share.put / square(whole) - c->found) / LOOK_MEMORY;
     c->landings.count = top;
 }
