@@ -287,6 +287,20 @@ static cau_result make_films(cau_render *r, CauError *err) {
     return reference ? CAU_OK : render_make_kernels(r, err);
 }
 
+/* Estimator W's passes are parts of one sequence of places on the light and of eye paths. The first half is
+ * that of the whole render, of which a shard has its part. */
+static cau_result make_halves(cau_render *r, CauError *err) {
+    if (r->options.estimator == CAU_ESTIMATOR_R) return CAU_OK;
+    uint64_t index = r->options.shard_index, count = r->options.shard_count, half = r->passes_wanted / 2;
+    if (!r->passes_wanted) half = FILM_DOUBLING;
+    if (count) half = half < index ? 0 : (half - index) / count + 1;
+    for (size_t i = 0; i < r->scene.light_count; i++) {
+        Film *film = &r->groups[r->group_of_light[i]].films[0];
+        if (r->plan.lights[i].wave && film->sum && !film->first) CAU_TRY(film_halve(film, half, err));
+    }
+    return CAU_OK;
+}
+
 /* What estimator W needs, when any light calls for it. */
 static cau_result make_view(cau_render *r, CauError *err) {
     bool wave = false;
@@ -311,6 +325,7 @@ cau_result cau_render_plan(cau_render *r) {
     CAU_TRY(make_films(r, &r->error));
     set_budget(r);
     CAU_TRY(set_share(r, &r->error));
+    CAU_TRY(make_halves(r, &r->error));
     CAU_TRY(make_view(r, &r->error));
     r->planned = true;
     return CAU_OK;

@@ -10,7 +10,7 @@
 #include <stdio.h>
 
 enum { IDENTITY_MAX = 2048, BLOCK = 1024, SHOWN_MAX = 60 };
-static const char state_magic[8] = "CAUSTAT3";
+static const char state_magic[8] = "CAUSTAT4";
 #define STATE_BYTE_ORDER 0x0102030405060708u
 /* No kernel is ever scaled beyond this; a state that says so is damaged. */
 #define SCALE_MAX 1024.0
@@ -40,6 +40,10 @@ static cau_result walk_film(Film *f, StateVisit visit, void *data) {
     CAU_TRY(visit(data, &(StateItem){STATE_SUM, f->sum, f->sum_low, values}));
     CAU_TRY(visit(data, &(StateItem){STATE_SUM, f->square_sum, f->square_low, values}));
     CAU_TRY(visit(data, &(StateItem){STATE_COUNT, &f->passes, NULL, 1}));
+    if (f->first) {
+        CAU_TRY(visit(data, &(StateItem){STATE_FLUX, f->first, NULL, values}));
+        CAU_TRY(visit(data, &(StateItem){STATE_COUNT, &f->first_passes, NULL, 1}));
+    }
     return visit(data, &(StateItem){STATE_COUNT, &f->non_finite, NULL, 1});
 }
 
@@ -290,6 +294,7 @@ static cau_result check_passes(const Reader *in) {
         const RenderGroup *group = &r->groups[g];
         for (int k = 0; k < 2; k++) {
             const Film *f = &group->films[k];
+            ok &= f->first_passes <= f->passes;
             if (f->sum) ok &= f->passes == r->passes || (!r->joined && f->passes == r->passes + 1);
         }
         const Film *beside[] = {group->seen, group->irradiance, group->coverage};
@@ -303,7 +308,9 @@ static cau_result read_rest(Reader *in) {
     CAU_TRY(walk_state(in->render, join_item, in));
     uint64_t wanted = in->sum, sum;
     CAU_TRY(get(in, &sum, sizeof sum));
-    return sum == wanted ? CAU_OK : damaged(in, "its checksum does not fit");
+    if (sum != wanted) return damaged(in, "its checksum does not fit");
+    for (size_t g = 0; g < in->render->group_count; g++) film_settle(&in->render->groups[g].films[0]);
+    return CAU_OK;
 }
 
 cau_result cau_render_load(cau_render *r, const char *name, cau_state_read read, void *data) {

@@ -7,7 +7,7 @@
 #include <string.h>
 
 cau_result film_create(Film *out, size_t pixels, unsigned channels, CauError *err) {
-    *out = (Film){.pixels = pixels, .channels = channels};
+    *out = (Film){.pixels = pixels, .channels = channels, .evenness = 1};
     size_t values;
     if (checked_mul(pixels, channels, &values)) {
         out->sum = array_new(values, sizeof(double));
@@ -23,6 +23,7 @@ cau_result film_create(Film *out, size_t pixels, unsigned channels, CauError *er
 
 void film_free(Film *film) {
     free(film->sum);
+    free(film->first);
     free(film->square_sum);
     free(film->sum_low);
     free(film->square_low);
@@ -31,8 +32,10 @@ void film_free(Film *film) {
 
 void film_clear(Film *film) {
     size_t values = film->pixels * film->channels;
-    film->passes = film->non_finite = 0;
+    film->passes = film->non_finite = film->first_passes = 0;
+    film->evenness = 1;
     if (!film->sum) return;
+    if (film->first) memset(film->first, 0, values * sizeof *film->first);
     memset(film->sum, 0, values * sizeof *film->sum);
     memset(film->square_sum, 0, values * sizeof *film->square_sum);
     memset(film->sum_low, 0, values * sizeof *film->sum_low);
@@ -45,9 +48,61 @@ void film_add_value(double *high, float *low, double x) {
     if (isfinite(lost)) *low += (float)lost;
 }
 
-void film_add(Film *film, const double *pass) {
-    film->passes++;
-    if (!pass) return;
+/* ---- two halves ---- */
+
+/* Of fewer passes the halves tell nothing that the passes do not. */
+enum { HALVES_LEAST = 4, EVENNESS_STEPS = 4096 };
+#define EVENNESS_LEAST (1.0 / 64)
+
+cau_result film_halve(Film *film, uint64_t half, CauError *err) {
+    film->first = array_new(film->pixels * film->channels, sizeof *film->first);
+    film->half = half;
+    return film->first
+               ? CAU_OK
+               : error_set(err, CAU_ERROR_RESOURCE,
+                     "out of memory for the halves of %zu pixels; use a smaller resolution", film->pixels);
+}
+
+static void take_half(Film *film) {
+    size_t values = film->pixels * film->channels;
+    for (size_t i = 0; i < values; i++) film->first[i] = film->sum[i] + (double)film->sum_low[i];
+    film->first_passes = film->passes;
+}
+
+/* Squared standard error of the mean by the spread of the passes. */
+static double spread(const Film *film, size_t i) {
+    double n = (double)film->passes, mean = film_mean(film, i);
+    double square = (film->square_sum[i] + (double)film->square_low[i]) / n;
+    return fmax(0, square - mean * mean) / (n - 1);
+}
+
+void film_settle(Film *film) {
+    film->evenness = 1;
+    if (!film->first || film->passes < HALVES_LEAST || film->first_passes == 0 ||
+        film->first_passes >= film->passes)
+        return;
+    double n = (double)film->passes, a = (double)film->first_passes, b = n - a;
+    double by_passes = 0, by_halves = 0, fourth = 0;
+    size_t values = film->pixels * film->channels;
+    for (size_t i = 0; i < values; i++) {
+        double second = film->sum[i] + (double)film->sum_low[i] - film->first[i];
+        double square =
+            (film->first[i] / a - second / b) * (film->first[i] / a - second / b) * a * b / (n * n);
+        by_passes += spread(film, i);
+        by_halves += square;
+        fourth += square * square;
+    }
+    if (!(by_passes > 0) || !(by_halves > 0)) return;
+    /* Of so many independent values as the fourth powers tell, the sum of squares is off by sqrt(2 / n). */
+    double own_error = sqrt(2 * fourth) / by_halves, evenness = by_halves / by_passes * (1 + own_error);
+    film->evenness = fmin(fmax(ceil(evenness * EVENNESS_STEPS) / EVENNESS_STEPS, EVENNESS_LEAST), 1);
+}
+
+/* ---- passes ---- */
+
+static bool is_power_of_two(uint64_t n) { return n && !(n & (n - 1)); }
+
+static void add_values(Film *film, const double *pass) {
     size_t values = film->pixels * film->channels;
     for (size_t i = 0; i < values; i++) {
         double x = pass[i];
@@ -60,16 +115,21 @@ void film_add(Film *film, const double *pass) {
     }
 }
 
+void film_add(Film *film, const double *pass) {
+    if (film->first && film->half == FILM_DOUBLING && is_power_of_two(film->passes)) take_half(film);
+    film->passes++;
+    if (pass) add_values(film, pass);
+    if (!film->first) return;
+    if (film->passes == film->half) take_half(film);
+    film_settle(film);
+}
+
 double film_mean(const Film *film, size_t i) {
     return film->passes ? (film->sum[i] + (double)film->sum_low[i]) / (double)film->passes : 0;
 }
 
 double film_error(const Film *film, size_t i) {
-    if (film->passes < 2) return 0;
-    double n = (double)film->passes, mean = film_mean(film, i);
-    double square = (film->square_sum[i] + (double)film->square_low[i]) / n;
-    double variance = fmax(0, square - mean * mean) * n / (n - 1);
-    return sqrt(variance / n);
+    return film->passes < 2 ? 0 : sqrt(spread(film, i) * film->evenness);
 }
 
 FilmFigures film_figures(const Film *film) {

@@ -166,6 +166,46 @@ static void film_sums_do_not_drift(void **state) {
     film_free(&film);
 }
 
+/* Passes at evenly spread places, turned by a number of each pixel's own, or at places drawn anew. */
+static double even_place(bool even, int pixel, int pass) {
+    Rng rng = rng_make((uint64_t)(even ? pixel : 1000 * pixel + pass + 1));
+    double at = rng_next(&rng), bit = 0.5;
+    for (int k = pass; even && k; k >>= 1, bit /= 2) at += (k & 1) * bit; /* van der Corput 1935 */
+    return at - floor(at);
+}
+
+/* Of a mean that is 1/2: what the film states, over the true error. */
+static double stated_over_true(bool even, int passes, uint64_t half) {
+    enum { PIXELS = 4000 };
+    Film film;
+    double pass[PIXELS], stated = 0, true_error = 0;
+    assert_int_equal(film_create(&film, PIXELS, 1, NULL), CAU_OK);
+    if (half) assert_int_equal(film_halve(&film, half, NULL), CAU_OK);
+    for (int k = 0; k < passes; k++) {
+        for (int i = 0; i < PIXELS; i++) pass[i] = even_place(even, i, k);
+        film_add(&film, pass);
+    }
+    for (size_t i = 0; i < PIXELS; i++) {
+        stated += square(film_error(&film, i));
+        true_error += square(film_mean(&film, i) - 0.5);
+    }
+    film_free(&film);
+    return sqrt(stated / true_error);
+}
+
+static void halves_know_how_even_passes_are(void **state) {
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        uint64_t half = k ? FILM_DOUBLING : 8;
+        double apart = stated_over_true(false, 16, half), even = stated_over_true(true, 16, half);
+        if (apart < 0.9 || apart > 1.1) fail_msg("independent passes: %g of the true error", apart);
+        if (even < 1 || even > 2.5) fail_msg("even passes: %g of the true error", even);
+    }
+    assert_true(stated_over_true(true, 16, 0) > 3.5);
+    /* No half, or all of it: as without. */
+    assert_true(stated_over_true(true, 16, 16) > 3.5 && stated_over_true(true, 3, 1) > 1);
+}
+
 static void film_refuses_what_is_not_finite(void **state) {
     (void)state;
     Film film;
@@ -294,6 +334,7 @@ int main(void) {
         cmocka_unit_test(ten_million_equal_points_build),
         cmocka_unit_test(packed_normals_point_the_same_way),
         cmocka_unit_test(film_sums_do_not_drift),
+        cmocka_unit_test(halves_know_how_even_passes_are),
         cmocka_unit_test(film_refuses_what_is_not_finite),
         cmocka_unit_test(filter_samples_have_its_density),
         cmocka_unit_test(camera_projects_where_it_looks),
