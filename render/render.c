@@ -10,6 +10,9 @@
 #include <time.h>
 
 enum { PASS_PHOTONS = 131072, PASSES_MIN = 8 };
+/* Of a render that is limited by error or time, whose first passes are small: an eye path to each pixel
+ * should not cost more than the photons. Wavefronts hold no photons in memory. */
+enum { PASS_LEAST = 4096, PASS_PIXELS = 8, PASS_WAVES = 1 << 22 };
 
 cau_render_options cau_render_defaults(void) {
     return (cau_render_options){
@@ -90,9 +93,16 @@ static void set_budget(cau_render *r) {
     if (most < 1024) most = 1024;
     if (r->options.estimator == CAU_ESTIMATOR_R)
         most = (uint64_t)r->scene.camera.width * (uint64_t)r->scene.camera.height;
-    r->photons_per_pass = (uint32_t)most;
+    r->photons_per_pass = r->pass_least = r->pass_most = (uint32_t)most;
+    if (n == 0 && r->options.estimator != CAU_ESTIMATOR_R) {
+        double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
+        r->pass_least = (uint32_t)fmin(fmax(pixels / PASS_PIXELS, PASS_LEAST), (double)most);
+        double largest = look_pass_most(r, render_waves_alone(r) ? PASS_WAVES : (double)most);
+        r->pass_most = (uint32_t)fmax(largest, r->pass_least);
+    }
     if (n == 0) return;
     if (render_waves_alone(r)) most = n / PASSES_MIN + 1; /* they hold no photons */
+    most = (uint64_t)look_pass_most(r, (double)most);
     if (most > UINT32_MAX / 2) most = UINT32_MAX / 2;
     uint64_t passes = (n + most - 1) / most;
     if (passes < PASSES_MIN && n >= PASSES_MIN) passes = PASSES_MIN;
@@ -323,10 +333,10 @@ cau_result cau_render_plan(cau_render *r) {
     if (r->planned) return CAU_OK;
     CAU_TRY(render_probe(r, &r->error));
     CAU_TRY(make_films(r, &r->error));
+    CAU_TRY(make_view(r, &r->error));
     set_budget(r);
     CAU_TRY(set_share(r, &r->error));
     CAU_TRY(make_halves(r, &r->error));
-    CAU_TRY(make_view(r, &r->error));
     r->planned = true;
     return CAU_OK;
 }
@@ -375,7 +385,12 @@ cau_result cau_render_start(cau_render *r) {
 cau_progress cau_render_poll(cau_render *r) {
     pthread_mutex_lock(&r->mutex);
     cau_progress p = r->progress;
+    bool under_way = r->running && !r->has_ended;
     pthread_mutex_unlock(&r->mutex);
+    if (!under_way) return p;
+    double since = render_clock_s() - r->started_s - p.elapsed_s; /* a pass may take long */
+    p.elapsed_s += since;
+    if (p.remaining_s > 0) p.remaining_s = fmax(p.remaining_s - since, 0);
     return p;
 }
 

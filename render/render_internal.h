@@ -59,7 +59,10 @@ struct cau_render {
     WaveView *view; /**< NULL: estimator W is not called for */
     bool *waved;    /**< [object] its smooth paths are estimator W's */
     uint32_t photons_per_pass;
-    uint64_t passes; /**< that the films hold; of a stopped render some films may hold one more */
+    uint32_t pass_least, pass_most; /**< photons of a pass in a render that is limited by error or time */
+    double pass_scale; /**< its passes have so many times as many as pass_least; 0: not known yet, or no such
+                          render */
+    uint64_t passes;   /**< that the films hold; of a stopped render some films may hold one more */
     atomic_bool cancel;
     pthread_t thread;
     bool running;
@@ -111,6 +114,10 @@ static inline uint32_t render_bent_photons(const cau_render *r, size_t light, bo
     return render_bent_found(r, &r->scene.lights[light], indirect) ? (uint32_t)(r->photons_per_pass * share)
                                                                    : 0;
 }
+
+/** Photons of a pass of wavefronts, at most `most`: of more, what is seen through glass and in mirrors would
+ * not be looked at as often as it should (render_look.c). Needs the view. */
+double look_pass_most(const cau_render *r, double most);
 
 /** Seconds of a steady clock. */
 double render_clock_s(void);

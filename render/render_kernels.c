@@ -80,15 +80,22 @@ void kernels_settle(RenderGroup *group, int kind, bool tried) {
     group->radius_scale[kind] = bandwidth_mean_radius(&group->kernels[kind]);
 }
 
+static double first_radius(const cau_render *r, size_t g, int kind) {
+    if (kernels_follow_wave(r, g, kind)) return RADIUS_BESIDE_WAVE;
+    return kind ? RADIUS_INDIRECT : RADIUS_DIRECT;
+}
+
+void kernels_restart(cau_render *r, size_t g, int kind) {
+    bandwidth_restart(&r->groups[g].kernels[kind], first_radius(r, g, kind));
+    r->groups[g].radius_scale[kind] = 0;
+}
+
 cau_result render_make_kernels(cau_render *r, CauError *err) {
     for (size_t g = 0; g < r->group_count; g++)
         for (int kind = 0; kind < 2; kind++) {
             if (!(kind ? r->groups[g].indirect : r->groups[g].direct)) continue;
-            double radius = kernels_follow_wave(r, g, kind) ? RADIUS_BESIDE_WAVE
-                            : kind                          ? RADIUS_INDIRECT
-                                                            : RADIUS_DIRECT;
             CAU_TRY(bandwidth_create(&r->groups[g].kernels[kind], r->scene.camera.width,
-                r->scene.camera.height, radius, kernels_follow_wave(r, g, kind), err));
+                r->scene.camera.height, first_radius(r, g, kind), kernels_follow_wave(r, g, kind), err));
         }
     return CAU_OK;
 }

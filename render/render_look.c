@@ -24,6 +24,11 @@ enum { TRIAL_PATHS_MIN = 2, TRIAL_PATHS_MAX = 16 };
 /* Eye points are held in memory: no more paths than pixels, but in small pictures. */
 #define LOOKS_SMALL 131072.0
 
+/* Passes may have so many times the rays of what looks cost. Beyond that more passes of fewer rays have the
+ * lower error: a ball that fills a fifth of 160x90 pixels, 1e6 rays in 8, 32 and 128 passes: .38, .16 and .16
+ * % in 30, 26 and 46 s. */
+#define RAYS_BEYOND_LOOKS 4.0
+
 /* What is seen through glass and in mirrors. */
 typedef struct Trial {
     double *seen;   /* [pixel][3] */
@@ -32,6 +37,19 @@ typedef struct Trial {
     double rays;    /* of a whole pass's wavefronts */
     EyePoints points;
 } Trial;
+
+static double looks_most(const cau_render *r) {
+    return fmax((double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]), LOOKS_SMALL);
+}
+
+double look_pass_most(const cau_render *r, double most) {
+    if (!r->view || !wave_view_any_busy(r->view)) return most;
+    for (size_t i = 0; i < r->plan.light_count; i++)
+        if (r->plan.lights[i].wave && r->plan.lights[i].wave_rays > 0)
+            most =
+                fmin(most, RAYS_BEYOND_LOOKS * RAYS_PER_LOOK * looks_most(r) / r->plan.lights[i].wave_rays);
+    return most;
+}
 
 static size_t count_busy(const EyeRun *eye) {
     size_t count = 0, width = (size_t)eye->scene->camera.width;
@@ -123,10 +141,8 @@ cau_result look_learn(PassState *s, size_t g, CauError *err) {
     if (result == CAU_OK && busy) result = trial_draw(s, g, busy, &t, err);
     if (result == CAU_OK && busy) {
         trial_variance(&t, pixels);
-        double most =
-                   fmax((double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]), LOOKS_SMALL),
-               sum = share_out(&t, &s->eye, 0, looks);
-        if (sum > 0) share_out(&t, &s->eye, fmin(t.rays / RAYS_PER_LOOK, most) / sum, looks);
+        double sum = share_out(&t, &s->eye, 0, looks);
+        if (sum > 0) share_out(&t, &s->eye, fmin(t.rays / RAYS_PER_LOOK, looks_most(r)) / sum, looks);
     }
     if (result == CAU_OK)
         looks_take(group, looks, pixels);

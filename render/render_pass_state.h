@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
  *  What a pass works on, shared by render_passes.c (the loop), render_kernels.c (how wide kernels are),
- *  render_look.c (eye paths of a pixel) and render_waves.c (estimator W). */
+ *  render_look.c (eye paths of a pixel) and render_waves.c (estimator W), render_limits.c (when it ends). */
 #ifndef RENDER_RENDER_PASS_STATE_H
 #define RENDER_RENDER_PASS_STATE_H
 
@@ -11,6 +11,20 @@
 typedef struct PastError {
     double passes, error;
 } PastError;
+
+/* Passes of one size. */
+typedef struct Round {
+    double started_s;
+    uint64_t before;   /* passes that it had when it was gone on with, from a state */
+    uint64_t check;    /* the passes after which to ask whether it will do */
+    double reported_s; /* the last progress */
+    PastError past[2];
+} Round;
+
+/* What the passes before these told. */
+typedef struct PastRound {
+    double growth, error; /* of the passes' size after it; 0: there was none */
+} PastRound;
 
 /* What a pass that checks estimator W works with; empty where there is none. */
 typedef struct WaveCheck {
@@ -28,7 +42,8 @@ typedef struct PassState {
     KernelImages kernels;
     uint8_t *eye_paths; /* [pixel] scratch of look_closer() */
     WaveCheck waves;
-    PastError past[2];
+    Round round;
+    PastRound last;
     bool learning; /* the first pass is made for what it teaches alone */
     DepositList deposits;
     PhotonTree tree;
@@ -36,7 +51,6 @@ typedef struct PassState {
     ReferenceImages reference;
     double *reference_block;
     uint64_t key;
-    uint64_t passes_before; /* that the render has gone on from */
 } PassState;
 
 static inline size_t picture_values(const cau_render *r) {
@@ -75,6 +89,17 @@ cau_result look_learn(PassState *s, size_t group, CauError *err);
  * narrow, and where what is seen through glass or in mirrors differs. They are the layer's own, for it must
  * not depend on which others there are. */
 cau_result look_closer(PassState *s, const RenderGroup *group, int kind, GatherRun *gather, CauError *err);
+
+/** Forgets what a layer's kernels have learned. */
+void kernels_restart(cau_render *r, size_t group, int kind);
+
+/** Before the first pass. */
+void limits_begin(PassState *s);
+/** After every pass: is the render done? Reports progress. What little is known may call for larger passes:
+ * then all starts over with these. */
+bool limits_met(PassState *s);
+/** Before the first pass: a state that was gone on from may be all there is to do. */
+bool limits_already_met(const cau_render *r);
 
 /** After a layer's pass: its kernels are learned for good. */
 void kernels_settle(RenderGroup *group, int kind, bool tried);

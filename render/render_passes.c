@@ -16,10 +16,6 @@
 
 enum { EYE_SAMPLES_MAX = 16, EYE_SAMPLES_BUSY = 32 };
 
-/* Powers of the passes with which an error may fall. */
-#define EXPONENT_MIN 0.2
-#define EXPONENT_MAX 0.6
-
 bool render_has_layers(const cau_render *r) {
     if (r->options.estimator == CAU_ESTIMATOR_R) return true;
     for (size_t g = 0; g < r->group_count; g++)
@@ -235,47 +231,6 @@ static cau_result one_reference_pass(PassState *s, CauError *err) {
 
 /* ---- the loop ---- */
 
-/* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or with the replicas as N^-1/2 (W, R), unless the render
- * so far tells better: from what it stated at half its passes or less. */
-static double exponent_so_far(PassState *s, double error) {
-    const cau_render *r = s->r;
-    double expected = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r) ? 1.0 / 2 : 1.0 / 3;
-    double passes = (double)r->passes, ratio = s->past[0].passes > 0 ? passes / s->past[0].passes : 1;
-    double found = ratio >= 2 && error > 0 ? log(s->past[0].error / error) / log(ratio) : expected;
-    if (error > 0 && r->passes >= 4 && (s->past[1].passes == 0 || passes >= 2 * s->past[1].passes)) {
-        s->past[0] = s->past[1];
-        s->past[1] = (PastError){passes, error};
-    }
-    return clamp(found, EXPONENT_MIN, EXPONENT_MAX);
-}
-
-static double forecast_s(PassState *s, double elapsed, double error) {
-    const cau_render *r = s->r;
-    double best = INFINITY, exponent = 1 / exponent_so_far(s, error);
-    uint64_t now = r->passes - s->passes_before;
-    if (r->passes_share) best = elapsed * (double)(r->passes_share - r->passes) / (double)now;
-    if (r->options.time_s > 0) best = fmin(best, r->options.time_s - elapsed);
-    if (r->options.error > 0 && error > 0)
-        best = fmin(best, elapsed * (pow(error / r->options.error, exponent) - 1));
-    return isfinite(best) ? fmax(best, 0) : -1;
-}
-
-static bool all_passes(const cau_render *r) { return r->passes_wanted && r->passes >= r->passes_share; }
-
-static bool finished(PassState *s, double *last_check_s) {
-    cau_render *r = s->r;
-    double now = render_clock_s(), elapsed = now - r->started_s;
-    if (all_passes(r)) return true;
-    if (r->options.time_s > 0 && elapsed >= r->options.time_s) return true;
-    /* The error costs a walk over all films: not after every short pass. */
-    if (now - *last_check_s < 0.2) return false;
-    *last_check_s = now;
-    double error = render_total_error(r);
-    render_report(r, "rendering", error, forecast_s(s, elapsed, error));
-    /* Fewer than 8 replicas cannot tell their own spread. */
-    return r->options.error > 0 && error >= 0 && error <= r->options.error && r->passes >= 8;
-}
-
 static cau_result images_prepare(PassState *s, CauError *err) {
     cau_render *r = s->r;
     size_t values = picture_values(r);
@@ -336,12 +291,12 @@ static cau_result learn_from_first_pass(PassState *s, CauError *err) {
 
 cau_result render_passes(cau_render *r, CauError *err) {
     CAU_TRY(render_check_joined(r, err));
-    if (!render_has_layers(r) || all_passes(r)) return CAU_OK;
+    if (!render_has_layers(r) || limits_already_met(r)) return CAU_OK;
     bool reference = r->options.estimator == CAU_ESTIMATOR_R;
-    PassState s = {.r = r, .key = rng_combine(r->options.seed, 0x63617573u), .passes_before = r->passes};
+    PassState s = {.r = r, .key = rng_combine(r->options.seed, 0x63617573u)};
+    limits_begin(&s);
     cau_result result = reference ? reference_prepare(&s, err) : images_prepare(&s, err);
     if (result == CAU_OK && !reference) result = learn_from_first_pass(&s, err);
-    double last_check_s = 0;
     uint64_t first = r->options.shard_count ? r->options.shard_index - 1 : 0,
              step = r->options.shard_count ? r->options.shard_count : 1;
     while (result == CAU_OK) {
@@ -349,7 +304,7 @@ cau_result render_passes(cau_render *r, CauError *err) {
         result = reference ? one_reference_pass(&s, err) : photon_pass(&s, err);
         if (result != CAU_OK) break;
         r->passes++;
-        if (finished(&s, &last_check_s)) break;
+        if (limits_met(&s)) break;
         render_pause(r);
     }
     state_free(&s);

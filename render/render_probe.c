@@ -254,7 +254,7 @@ static cau_result probe_wave(const Probe *p, size_t light, size_t object, WaveCo
 
 static cau_result probe_waves(Probe *p, LightProbe *probes, CauError *err) {
     cau_render *r = p->r;
-    if (r->options.estimator != CAU_ESTIMATOR_AUTO) return CAU_OK;
+    if (r->options.estimator != CAU_ESTIMATOR_AUTO && r->options.estimator != CAU_ESTIMATOR_W) return CAU_OK;
     for (size_t i = 0; i < r->scene.light_count; i++) {
         probes[i].wave = array_new(r->scene.object_count, sizeof *probes[i].wave);
         if (!probes[i].wave) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the probes");

@@ -110,7 +110,7 @@ cau_result cau_render_pixels(const cau_render *r, size_t index, float *out) {
 /* A layer that is part of the picture; R fills both films even where one is asked for. */
 static const Film *film_of(const RenderGroup *g, int kind) {
     const Film *f = &g->films[kind];
-    return f->sum && f->passes > 0 && (kind ? g->indirect : g->direct) ? f : NULL;
+    return f->sum && film_passes(f) > 0 && (kind ? g->indirect : g->direct) ? f : NULL;
 }
 
 double render_total_error(const cau_render *r) {
@@ -121,7 +121,7 @@ double render_total_error(const cau_render *r) {
         for (int k = 0; k < 2; k++) {
             const Film *f = film_of(&r->groups[g], k);
             any |= f != NULL;
-            enough &= !f || f->passes > 1;
+            enough &= !f || film_passes(f) > 1;
             if (f) bias += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[k]);
         }
     for (size_t i = 0; any && i < values; i++) {

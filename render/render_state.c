@@ -10,10 +10,10 @@
 #include <stdio.h>
 
 enum { IDENTITY_MAX = 2048, BLOCK = 1024, SHOWN_MAX = 60 };
-static const char state_magic[8] = "CAUSTAT4";
+static const char state_magic[8] = "CAUSTAT5";
 #define STATE_BYTE_ORDER 0x0102030405060708u
-/* No kernel is ever scaled beyond this; a state that says so is damaged. */
-#define SCALE_MAX 1024.0
+/* No kernel nor pass is ever scaled beyond this; a state that says so is damaged. */
+#define SCALE_MAX 65536.0
 
 /* How the parts of several shards become one. */
 typedef enum StateKind {
@@ -57,6 +57,7 @@ static cau_result walk_account(FluxAccount *a, StateVisit visit, void *data) {
 /* All that passes leave behind; a further array is a further line. */
 static cau_result walk_state(cau_render *r, StateVisit visit, void *data) {
     CAU_TRY(visit(data, &(StateItem){STATE_COUNT, &r->passes, NULL, 1}));
+    CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->pass_scale, NULL, 1}));
     CAU_TRY(walk_film(&r->beauty, visit, data));
     for (size_t i = 0; i < r->group_count; i++) {
         RenderGroup *g = &r->groups[i];
@@ -218,7 +219,7 @@ static cau_result join_scales(Reader *in, const StateItem *item) {
     double *scale = item->values, value;
     for (size_t i = 0; i < item->count; i++) {
         CAU_TRY(get(in, &value, sizeof value));
-        if (!(value >= 0 && value <= SCALE_MAX)) return damaged(in, "a kernel's width in it is impossible");
+        if (!(value >= 0 && value <= SCALE_MAX)) return damaged(in, "a width or a size in it is impossible");
         if (scale[i] > 0 && value > 0 && scale[i] != value)
             return error_set(in->err, CAU_ERROR_INPUT,
                 "\"%s\" is not of the same render as the other shards: its kernels have a mean radius of "
@@ -304,12 +305,24 @@ static cau_result check_passes(const Reader *in) {
     return ok ? CAU_OK : damaged(in, "its numbers of passes contradict each other");
 }
 
+/* Where a render was stopped in the first pass of a round the sums are of the one before it. */
+static void forget_stale(RenderGroup *g) {
+    Film *films[] = {&g->films[0], &g->films[1], g->seen, g->irradiance, g->coverage, &g->kernels[0].bias,
+        &g->kernels[1].bias, &g->kernels[0].waves};
+    for (size_t i = 0; i < sizeof films / sizeof *films; i++)
+        if (films[i]->passes == 0) film_clear(films[i]);
+}
+
 static cau_result read_rest(Reader *in) {
     CAU_TRY(walk_state(in->render, join_item, in));
     uint64_t wanted = in->sum, sum;
     CAU_TRY(get(in, &sum, sizeof sum));
     if (sum != wanted) return damaged(in, "its checksum does not fit");
-    for (size_t g = 0; g < in->render->group_count; g++) film_settle(&in->render->groups[g].films[0]);
+    for (size_t g = 0; g < in->render->group_count; g++) {
+        RenderGroup *group = &in->render->groups[g];
+        forget_stale(group);
+        film_settle(&group->films[0]);
+    }
     return CAU_OK;
 }
 

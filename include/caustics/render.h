@@ -35,7 +35,7 @@ enum { CAU_INDIRECT_AUTO = 0, CAU_INDIRECT_ON = 1, CAU_INDIRECT_OFF = 2 };
 typedef struct cau_render_options {
     size_t size;      /**< sizeof(cau_render_options) */
     uint64_t photons; /**< per light; 0: no limit by photons. Estimator R: camera paths of the picture */
-    double time_s;    /**< wall seconds; 0: no limit */
+    double time_s;    /**< wall seconds; 0: no limit. It ends within half a pass of them */
     double error;     /**< RMSE over RMS of the layers' pixels, total over lights; 0: no limit */
     uint64_t seed;
     unsigned threads;  /**< 0: one per processor */
@@ -54,7 +54,8 @@ typedef struct cau_render_options {
 CAU_API cau_render_options cau_render_defaults(void);
 
 typedef struct cau_progress {
-    uint64_t passes, photons_per_light;
+    uint64_t passes, photons_per_light; /**< of the picture: a render that is not limited by photons may begin
+                                           anew with larger passes */
     double error; /**< so far, as in cau_render_options.error; negative: not yet known */
     double elapsed_s;
     double remaining_s; /**< forecast; negative: not known */

@@ -42,9 +42,10 @@ typedef struct LightPlan {
     bool direct, indirect;
     bool wave;     /**< smooth direct caustics by estimator W */
     double *share; /**< [object] of estimator W's rays: by what of the light meets it first; 0: not waved */
-    double places; /**< of estimator W: places on the light that all replicas together should have */
-    bool photons;  /**< direct caustics by estimator P: all, or what W leaves to it */
-    double bent;   /**< without them: photons that start at bent normals, per ray of W */
+    double wave_rays;      /**< of estimator W: per corner of its grid */
+    double places;         /**< of estimator W: places on the light that all replicas together should have */
+    bool photons;          /**< direct caustics by estimator P: all, or what W leaves to it */
+    double bent;           /**< without them: photons that start at bent normals, per ray of W */
     double left_out_share; /**< upper bound (95 %) of what is left out, relative to the light's own
                               contribution */
 } LightPlan;

@@ -31,9 +31,17 @@ cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius
     *out = (Bandwidth){.width = width, .height = height, .radius = array_new(pixels, sizeof(float))};
     if (!out->radius)
         return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the kernels of %zu pixels", pixels);
-    for (size_t i = 0; i < pixels; i++) out->radius[i] = (float)radius;
+    bandwidth_restart(out, radius);
     if (waves) CAU_TRY(film_create(&out->waves, pixels, 1, err));
     return film_create(&out->bias, pixels, 3, err);
+}
+
+void bandwidth_restart(Bandwidth *b, double radius) {
+    size_t pixels = (size_t)b->width * (size_t)b->height;
+    for (size_t i = 0; i < pixels; i++) b->radius[i] = (float)radius;
+    film_restart(&b->bias);
+    film_restart(&b->waves);
+    b->tried = false;
 }
 
 void bandwidth_free(Bandwidth *b) {
@@ -148,8 +156,8 @@ static void share_radii(Bandwidth *b, Sums *s, double shrink) {
 }
 
 double bandwidth_bias2(const Film *bias, size_t pixel) {
-    if (bias->passes < 2) return 0;
-    double n = (double)bias->passes, sum = 0;
+    double n = (double)film_passes(bias), sum = 0;
+    if (n < 2) return 0;
     for (size_t c = bias->channels * pixel; c < bias->channels * (pixel + 1); c++)
         sum += square(bias->sum[c] + (double)bias->sum_low[c]) -
                (bias->square_sum[c] + (double)bias->square_low[c]);

@@ -26,6 +26,8 @@ typedef struct Bandwidth {
 
 /** `waves`: estimator W draws a part of the layer. */
 cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, bool waves, CauError *err);
+/** Forgets what it has learned; see film_restart(). */
+void bandwidth_restart(Bandwidth *b, double radius);
 void bandwidth_free(Bandwidth *b);
 double bandwidth_mean_radius(const Bandwidth *b);
 

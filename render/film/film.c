@@ -32,7 +32,7 @@ void film_free(Film *film) {
 
 void film_clear(Film *film) {
     size_t values = film->pixels * film->channels;
-    film->passes = film->non_finite = film->first_passes = 0;
+    film->passes = film->stale = film->non_finite = film->first_passes = 0;
     film->evenness = 1;
     if (!film->sum) return;
     if (film->first) memset(film->first, 0, values * sizeof *film->first);
@@ -40,6 +40,11 @@ void film_clear(Film *film) {
     memset(film->square_sum, 0, values * sizeof *film->square_sum);
     memset(film->sum_low, 0, values * sizeof *film->sum_low);
     memset(film->square_low, 0, values * sizeof *film->square_low);
+}
+
+void film_restart(Film *film) {
+    film->stale = film_passes(film);
+    film->passes = 0;
 }
 
 void film_add_value(double *high, float *low, double x) {
@@ -71,7 +76,7 @@ static void take_half(Film *film) {
 
 /* Squared standard error of the mean by the spread of the passes. */
 static double spread(const Film *film, size_t i) {
-    double n = (double)film->passes, mean = film_mean(film, i);
+    double n = (double)film_passes(film), mean = film_mean(film, i);
     double square = (film->square_sum[i] + (double)film->square_low[i]) / n;
     return fmax(0, square - mean * mean) / (n - 1);
 }
@@ -116,6 +121,7 @@ static void add_values(Film *film, const double *pass) {
 }
 
 void film_add(Film *film, const double *pass) {
+    if (film->stale) film_clear(film);
     if (film->first && film->half == FILM_DOUBLING && is_power_of_two(film->passes)) take_half(film);
     film->passes++;
     if (pass) add_values(film, pass);
@@ -125,11 +131,12 @@ void film_add(Film *film, const double *pass) {
 }
 
 double film_mean(const Film *film, size_t i) {
-    return film->passes ? (film->sum[i] + (double)film->sum_low[i]) / (double)film->passes : 0;
+    uint64_t n = film_passes(film);
+    return n ? (film->sum[i] + (double)film->sum_low[i]) / (double)n : 0;
 }
 
 double film_error(const Film *film, size_t i) {
-    return film->passes < 2 ? 0 : sqrt(spread(film, i) * film->evenness);
+    return film_passes(film) < 2 ? 0 : sqrt(spread(film, i) * film->evenness);
 }
 
 FilmFigures film_figures(const Film *film) {
@@ -149,6 +156,6 @@ FilmFigures film_figures(const Film *film) {
     if (square_sum == 0)
         f.relative_error = 0;
     else
-        f.relative_error = film->passes < 2 || truth == 0 ? INFINITY : sqrt(error / truth);
+        f.relative_error = film_passes(film) < 2 || truth == 0 ? INFINITY : sqrt(error / truth);
     return f;
 }

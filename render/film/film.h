@@ -30,6 +30,7 @@ typedef struct Film {
     uint64_t half;               /**< that it is to hold, or FILM_DOUBLING */
     double evenness;             /**< see film_settle() */
     uint64_t passes;
+    uint64_t stale;      /**< passes that the sums hold still, see film_restart() */
     uint64_t non_finite; /**< values of a pass refused because they were NaN or Inf (counted as 0) */
 } Film;
 
@@ -53,6 +54,13 @@ void film_add(Film *film, const double *pass);
 
 /** Forgets all passes. */
 void film_clear(Film *film);
+
+/** Forgets all passes when the next is added: until then the picture is still that of the old ones, so that a
+ * render that is stopped there has one. */
+void film_restart(Film *film);
+
+/** The passes that the picture is the mean of. */
+static inline uint64_t film_passes(const Film *film) { return film->passes ? film->passes : film->stale; }
 
 /** Adds x to the sum *high + *low. */
 void film_add_value(double *high, float *low, double x);

@@ -108,6 +108,29 @@ class Cli(unittest.TestCase):
         self.assertEqual(p.returncode, 0, p.stderr)
         self.assertLessEqual(json.load(open(report))["error"], 0.9)
 
+    def test_little_is_not_paid_for_with_more(self):
+        """A few per cent of error are met by passes of few photons; larger ones follow where they do not."""
+        report, out = os.path.join(self.folder.name, "r.json"), {}
+        for scene, error, most in (("b_ring", 0.2, 70000), ("a_ball", 0.03, 70000), ("c_water", 0.05, 500000)):
+            for threads in ("1", "2"):
+                p = run(os.path.join(SCENES, scene + ".json"), "-o", self.out, "--error", str(error), "--effects", "direct",
+                        "--resolution", "96x54", "--threads", threads, "--report", report)
+                self.assertEqual(p.returncode, 0, p.stderr)
+                figures = json.load(open(report))
+                self.assertLessEqual(figures["error"], error)
+                self.assertLessEqual(figures["photons_per_light"], most)
+                out[threads] = open(self.out, "rb").read()
+            self.assertEqual(out["1"], out["2"])  # whatever the time
+
+    def test_time(self):
+        """No pass goes far beyond it."""
+        report = os.path.join(self.folder.name, "r.json")
+        p = run(BALL, "-o", self.out, "--time", "4", "--resolution", "160x90", "--report", report)
+        self.assertEqual(p.returncode, 0, p.stderr)
+        figures = json.load(open(report))
+        self.assertGreater(figures["error"], 0)
+        self.assertLess(figures["photons_per_light"], 1e6)
+
     def test_progress(self):
         p = run(BALL, "-o", self.out, "--photons", "20000", "--resolution", "64x36", "--progress", "--quiet")
         self.assertEqual(p.returncode, 0, p.stderr)

@@ -166,6 +166,24 @@ static void film_sums_do_not_drift(void **state) {
     film_free(&film);
 }
 
+static void film_shows_the_old_until_there_is_new(void **state) {
+    (void)state;
+    Film film;
+    assert_int_equal(film_create(&film, 1, 1, NULL), CAU_OK);
+    assert_int_equal(film_halve(&film, FILM_DOUBLING, NULL), CAU_OK);
+    for (int i = 0; i < 9; i++) film_add(&film, &(double){1 + i % 2});
+    double mean = film_mean(&film, 0), error = film_error(&film, 0);
+    assert_true(mean > 1.4 && mean < 1.6 && error > 0);
+    for (int i = 0; i < 2; i++) {
+        film_restart(&film); /* twice: stopped there, and started over again */
+        assert_true(film_mean(&film, 0) == mean && film_error(&film, 0) == error);
+        assert_true(film.passes == 0 && film_passes(&film) == 9);
+    }
+    for (int i = 0; i < 2; i++) film_add(&film, &(double){5});
+    assert_true(film_mean(&film, 0) == 5 && film_error(&film, 0) == 0 && film_passes(&film) == 2);
+    film_free(&film);
+}
+
 /* Passes at evenly spread places, turned by a number of each pixel's own, or at places drawn anew. */
 static double even_place(bool even, int pixel, int pass) {
     Rng rng = rng_make((uint64_t)(even ? pixel : 1000 * pixel + pass + 1));
@@ -334,6 +352,7 @@ int main(void) {
         cmocka_unit_test(ten_million_equal_points_build),
         cmocka_unit_test(packed_normals_point_the_same_way),
         cmocka_unit_test(film_sums_do_not_drift),
+        cmocka_unit_test(film_shows_the_old_until_there_is_new),
         cmocka_unit_test(halves_know_how_even_passes_are),
         cmocka_unit_test(film_refuses_what_is_not_finite),
         cmocka_unit_test(filter_samples_have_its_density),

@@ -34,6 +34,8 @@ cau_result wave_view_create(WaveView **out, const WaveViewRun *run, TaskPool *po
 /** [picture's pixels] whether the camera meets something smooth or rough there first, through which it may
  * see receivers. Lives as long as the view. */
 const bool *wave_view_busy(const WaveView *view);
+/** Whether any is. */
+bool wave_view_any_busy(const WaveView *view);
 void wave_view_free(WaveView **view);
 
 typedef struct WaveRun {

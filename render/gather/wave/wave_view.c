@@ -311,6 +311,11 @@ static void find_busy(WaveView *v) {
 
 const bool *wave_view_busy(const WaveView *view) { return view->busy; }
 
+bool wave_view_any_busy(const WaveView *view) {
+    const Camera *c = &view->scene->camera;
+    return memchr(view->busy, true, (size_t)c->width * (size_t)c->height) != NULL;
+}
+
 /* ---- the view ---- */
 
 /* A box over whole pixels: a pixel's flux is all that it needs. */

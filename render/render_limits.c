@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* When a render has ended, when it will, and how large its passes are until then.
+ *
+ * A render of so many photons has passes of a known size. One that is to reach an error, or to take a time,
+ * has rounds: passes of few photons first, so that what little does is not paid for with more; and when these
+ * tell that it takes many times as much, passes that are larger, from the start. Nothing is kept of the small
+ * ones but the picture until there is another: their kernels are wide, and their grids coarse. A round takes
+ * several times what the last one took, so all that are left behind cost a fraction of it. */
+#include "render/render_pass_state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Powers of the passes with which an error may fall. */
+#define EXPONENT_MIN 0.2
+#define EXPONENT_MAX 0.6
+/* Powers of the photons with which it falls from round to round, measured on the bundled scenes: wavefronts,
+ * which get finer too, and photons, whose error is noise for the most part. */
+#define ROUND_EXPONENT_WAVES 0.6
+#define ROUND_EXPONENT_PHOTONS 0.45
+/* Passes that a round should have; it must take so many times as many as there are for another to begin, and
+ * its passes are so many times as large at most, for few passes tell little of many. */
+#define ROUND_PASSES 10.0
+#define ROUND_PASSES_TIMED 16.0
+#define ROUND_LEAST 2.5
+#define ROUND_GROWTH_MAX 16.0
+#define ROUND_EXPONENT_LEAST 0.25
+/* The error is looked at after every sixteenth part of the passes, and told so often. */
+enum { CHECK_PART = 16, REPORT_MS = 200 };
+
+/* Fewer replicas cannot tell their own spread. */
+enum { PASSES_TOLD = 8 };
+
+static bool has_rounds(const cau_render *r) {
+    return r->options.photons == 0 && r->options.estimator != CAU_ESTIMATOR_R;
+}
+
+/* The same whether the render has gone on from a state or not. */
+static uint64_t next_check(uint64_t passes) {
+    uint64_t check = PASSES_TOLD;
+    while (check <= passes) check += 1 + check / CHECK_PART;
+    return check;
+}
+
+static void begin_round(PassState *s) {
+    cau_render *r = s->r;
+    if (has_rounds(r)) {
+        r->pass_scale = fmax(r->pass_scale, 1);
+        r->photons_per_pass = (uint32_t)fmin(r->pass_least * r->pass_scale, r->pass_most);
+    }
+    s->round = (Round){.started_s = render_clock_s(), .before = r->passes, .check = next_check(r->passes)};
+}
+
+void limits_begin(PassState *s) { begin_round(s); }
+
+/* As before the first pass. */
+static void start_over(PassState *s, double growth, double error) {
+    cau_render *r = s->r;
+    for (size_t g = 0; g < r->group_count; g++) {
+        RenderGroup *group = &r->groups[g];
+        Film *films[] = {&group->films[0], &group->films[1], group->seen, group->irradiance, group->coverage};
+        for (size_t f = 0; f < sizeof films / sizeof *films; f++) film_restart(films[f]);
+        for (int kind = 0; kind < 2; kind++)
+            if (kind ? group->indirect : group->direct) kernels_restart(r, g, kind);
+        memset(group->accounts, 0, sizeof group->accounts);
+        memset(group->bent, 0, sizeof group->bent);
+        memset(&group->wave_account, 0, sizeof group->wave_account);
+        free(group->looks);
+        group->looks = NULL;
+    }
+    s->last = (PastRound){growth, error};
+    r->passes = 0;
+    r->pass_scale = fmin(r->pass_scale * growth, (double)r->pass_most / r->pass_least);
+    begin_round(s);
+}
+
+/* ---- how much is left ---- */
+
+/* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or with the replicas as N^-1/2 (W, R), unless the round
+ * so far tells better: from what it stated at half its passes or less. */
+static double exponent_so_far(PassState *s, double error) {
+    const cau_render *r = s->r;
+    PastError *past = s->round.past;
+    double expected = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r) ? 1.0 / 2 : 1.0 / 3;
+    double passes = (double)r->passes, ratio = past[0].passes > 0 ? passes / past[0].passes : 1;
+    double found = ratio >= 2 && error > 0 ? log(past[0].error / error) / log(ratio) : expected;
+    if (error > 0 && r->passes >= 4 && (past[1].passes == 0 || passes >= 2 * past[1].passes)) {
+        past[0] = past[1];
+        past[1] = (PastError){passes, error};
+    }
+    return clamp(found, EXPONENT_MIN, EXPONENT_MAX);
+}
+
+/* By whichever limit is met first; negative: not known. */
+static double forecast_s(PassState *s, double now_s, double error) {
+    const cau_render *r = s->r;
+    double best = INFINITY, exponent = 1 / exponent_so_far(s, error), elapsed = now_s - s->round.started_s;
+    double pass_s = elapsed / (double)(r->passes - s->round.before);
+    if (r->passes_share) best = pass_s * (double)(r->passes_share - r->passes);
+    if (r->options.time_s > 0) best = fmin(best, r->options.time_s - (now_s - r->started_s));
+    if (r->options.error > 0 && error > 0)
+        best = fmin(best, pass_s * (double)r->passes * (pow(error / r->options.error, exponent) - 1));
+    return isfinite(best) ? fmax(best, 0) : -1;
+}
+
+/* Larger passes do not always help: what limits the error may be the same in each. */
+static bool larger_paid(const PassState *s, double error) {
+    return !(s->last.error > 0) || !(error > 0) ||
+           log(s->last.error / error) >= ROUND_EXPONENT_LEAST * log(s->last.growth);
+}
+
+/* How many times as large the passes of another round should be; 0: this one goes on. */
+static double growth_wanted(const PassState *s, double now_s, double error) {
+    const cau_render *r = s->r;
+    double passes = (double)r->passes, growth = ROUND_GROWTH_MAX, needed = INFINITY;
+    if (!has_rounds(r) || r->photons_per_pass >= r->pass_most || !larger_paid(s, error)) return 0;
+    if (r->options.error > 0 && error > 0) {
+        double exponent = render_waves_alone(r) ? ROUND_EXPONENT_WAVES : ROUND_EXPONENT_PHOTONS;
+        needed = passes * pow(error / r->options.error, 1 / exponent);
+        growth = fmin(growth, needed / ROUND_PASSES);
+    }
+    if (r->options.time_s > 0) {
+        double pass_s = (now_s - s->round.started_s) / (double)(r->passes - s->round.before);
+        double left = (r->options.time_s - (now_s - r->started_s)) / pass_s;
+        needed = fmin(needed, passes + left);
+        growth = fmin(growth, left / ROUND_PASSES_TIMED);
+    }
+    return needed >= ROUND_LEAST * passes ? growth : 0;
+}
+
+/* ---- after a pass ---- */
+
+static bool all_passes(const cau_render *r) { return r->passes_wanted && r->passes >= r->passes_share; }
+
+/* The next pass would end farther beyond it than the last one ended before it. */
+static bool time_is_up(const PassState *s, double now_s) {
+    const cau_render *r = s->r;
+    double pass_s = (now_s - s->round.started_s) / (double)(r->passes - s->round.before);
+    return r->options.time_s > 0 && now_s - r->started_s + 0.5 * pass_s >= r->options.time_s;
+}
+
+bool limits_met(PassState *s) {
+    cau_render *r = s->r;
+    double now_s = render_clock_s();
+    if (all_passes(r) || time_is_up(s, now_s)) return true;
+    /* The error costs a walk over all films: not after every short pass. Whether it will do is asked after
+     * the same passes always, so that the picture does not depend on the machine. */
+    bool check = r->passes == s->round.check;
+    if (!check && now_s - s->round.reported_s < 1e-3 * REPORT_MS) return false;
+    s->round.reported_s = now_s;
+    double error = render_total_error(r);
+    render_report(r, "rendering", error, forecast_s(s, now_s, error));
+    if (!check) return false;
+    s->round.check = next_check(r->passes);
+    /* A black picture says nothing of what larger passes might find. */
+    bool largest = !has_rounds(r) || r->photons_per_pass >= r->pass_most;
+    if (r->options.error > 0 && error <= r->options.error && (error > 0 || (error == 0 && largest)))
+        return true;
+    double growth = growth_wanted(s, now_s, error);
+    if (growth > 0) start_over(s, growth, error);
+    return false;
+}
+
+bool limits_already_met(const cau_render *r) { return all_passes(r); }
