@@ -93,7 +93,7 @@ static void set_budget(cau_render *r) {
     if (most < 1024) most = 1024;
     if (r->options.estimator == CAU_ESTIMATOR_R)
         most = (uint64_t)r->scene.camera.width * (uint64_t)r->scene.camera.height;
-    r->photons_per_pass = r->pass_least = r->pass_most = (uint32_t)most;
+    r->photons_per_pass = r->pass_least = r->pass_most = r->photons_held = (uint32_t)most;
     if (n == 0 && r->options.estimator != CAU_ESTIMATOR_R) {
         double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
         r->pass_least = (uint32_t)fmin(fmax(pixels / PASS_PIXELS, PASS_LEAST), (double)most);

@@ -59,6 +59,7 @@ struct cau_render {
     WaveView *view; /**< NULL: estimator W is not called for */
     bool *waved;    /**< [object] its smooth paths are estimator W's */
     uint32_t photons_per_pass;
+    uint32_t photons_held;          /**< of a pass, at most: what they leave is held in memory */
     uint32_t pass_least, pass_most; /**< photons of a pass in a render that is limited by error or time */
     double pass_scale; /**< its passes have so many times as many as pass_least; 0: not known yet, or no such
                           render */
@@ -111,8 +112,9 @@ static inline bool render_bent_found(const cau_render *r, const Light *light, bo
 static inline uint32_t render_bent_photons(const cau_render *r, size_t light, bool indirect) {
     const LightPlan *plan = &r->plan.lights[light];
     double share = !indirect && plan->wave && !plan->photons ? plan->bent : RENDER_BENT_SHARE;
-    return render_bent_found(r, &r->scene.lights[light], indirect) ? (uint32_t)(r->photons_per_pass * share)
-                                                                   : 0;
+    return render_bent_found(r, &r->scene.lights[light], indirect)
+               ? (uint32_t)fmin(r->photons_per_pass * share, r->photons_held)
+               : 0;
 }
 
 /** Photons of a pass of wavefronts, at most `most`: of more, what is seen through glass and in mirrors would

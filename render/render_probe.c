@@ -248,7 +248,9 @@ static cau_result probe_wave(const Probe *p, size_t light, size_t object, WaveCo
     WaveProbe found;
     CAU_TRY(wave_probe(&run, (int)object, &found, err));
     double all = found.left + found.landed;
-    *cost = (WaveCost){(double)found.rays / (double)found.corners, all > 0 ? found.left / all : 0};
+    *cost = (WaveCost){.rays = (double)found.rays / (double)found.corners,
+        .left = all > 0 ? found.left / all : 0,
+        .noise = found.noise};
     return CAU_OK;
 }
 

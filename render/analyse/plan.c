@@ -62,33 +62,35 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
 /* Distance between the places on a light, in pixels where their light lands: farther apart each would show
  * its own picture. */
 #define PLACE_PIXELS 1.5
+/* A wavefront's light is exact but for what single rays mend between its corners. Where a surface is as rough
+ * as its grid is fine they have to move nearly all of the light, each as much as many photons would; beyond
+ * this variance, in that of as many photons as there are triangles, photons are quicker. It is the mean over
+ * a light's smooth casters: one estimator for all of them, or the light would pay for both. */
+#define WAVE_NOISE_MAX 6.0
 /* Each place on a light draws its own picture, and what a focus lacks in places is noise that photons do not
  * have. So lights that blur their caustics over more pixels than this are estimator P's, but for casters
- * whose wavefronts are cheap (flat faces, calm water, which have no foci): price times the square of the blur
- * up to this share of the picture's width, for with more pixels photons are dearer. All three limits are set
- * on the even seeds of bench/plan, the last at two resolutions; docs/benchmarks.md says what they do to
- * others. */
-#define WAVE_BLUR_MAX 1.25
-#define WAVE_BLUR_PRICE_MAX 0.0125
-/* What W leaves to photons falls with its rays as slowly as any photon's light does, and it pays so many more
- * rays for each; so beyond this product of rays per corner and share left photons are quicker. It is the mean
- * over a light's smooth casters: one estimator for all of them, or the light would pay for both. */
-#define WAVE_PRICE_MAX 25.0
-/* Photons that start at bent normals per ray of estimator W: this many when they carry this share of the
- * light, fewer with the square root of what they carry (the variance of a sum of such photons goes with it),
- * but never none: probes may miss what a narrow light lets them find. */
+ * without foci (flat faces, calm water), whose wavefronts are cheap and quiet: the rays of a corner, times
+ * the square of the blur, times the share that is left or the variance, up to these shares of the picture's
+ * width, for with more pixels photons are dearer. All four limits are set on the even seeds of bench/plan;
+ * docs/benchmarks.md says what they do to others. */
+#define WAVE_BLUR_MAX 1.15
+#define WAVE_BLUR_LEFT_MAX 0.0125
+#define WAVE_BLUR_NOISE_MAX 0.0375
+/* Photons that start at bent normals take this share of what the rays of estimator W take, when they carry
+ * BENT_SHARE_FULL of the light; less with the square root of what they carry (the variance of a sum of such
+ * photons goes with it), but never none: probes may miss what a narrow light lets them find. */
 #define BENT_PHOTONS 0.25
 #define BENT_SHARE_FULL 0.01
 #define BENT_LEAST (1.0 / 16)
 /* What estimator W may leave out of its long paths; beyond it photons carry them. */
 #define DEEP_SHARE 1e-4
 
-static double price(const WaveCost *cost) { return cost->rays * cost->left; }
-
-bool plan_wave_pays(const WaveCost *cost) { return price(cost) <= WAVE_PRICE_MAX; }
+bool plan_wave_pays(const WaveCost *cost) { return cost->noise <= WAVE_NOISE_MAX; }
 
 bool plan_blur_pays(const WaveCost *cost, double blur_pixels, int width) {
-    return blur_pixels <= WAVE_BLUR_MAX || price(cost) * square(blur_pixels) <= WAVE_BLUR_PRICE_MAX * width;
+    double rays = cost->rays * square(blur_pixels);
+    return blur_pixels <= WAVE_BLUR_MAX || (rays * cost->left <= WAVE_BLUR_LEFT_MAX * width &&
+                                               rays * cost->noise <= WAVE_BLUR_NOISE_MAX * width);
 }
 
 /* What a wavefront to all casters costs, by what of the light meets each. */
@@ -99,9 +101,10 @@ static WaveCost mean_cost(const Scene *scene, const LightProbe *probe, const boo
         double met = waved[i] ? (double)probe->object_hits[i] : 0;
         mean.rays += met * probe->wave[i].rays;
         mean.left += met * probe->wave[i].left;
+        mean.noise += met * probe->wave[i].noise;
         hits += met;
     }
-    if (hits > 0) mean = (WaveCost){mean.rays / hits, mean.left / hits};
+    if (hits > 0) mean = (WaveCost){mean.rays / hits, mean.left / hits, mean.noise / hits};
     return mean;
 }
 
@@ -123,7 +126,8 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
                  (plan_wave_pays(&cost) && plan_blur_pays(&cost, probe->blur_pixels, scene->camera.width));
     plan->wave = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && small && !world;
     plan->photons = plan->direct && (!plan->wave || photons);
-    plan->bent = BENT_PHOTONS * clamp(sqrt(probe->bent_share / BENT_SHARE_FULL), BENT_LEAST, 1);
+    plan->bent = BENT_PHOTONS * clamp(sqrt(probe->bent_share / BENT_SHARE_FULL), BENT_LEAST, 1) *
+                 fmax(1, cost.rays / fmax(1, probe->photon_rays));
 }
 
 /* Casters that the probes saw little of may still be met: none gets less than this part of an even share. */
@@ -216,8 +220,11 @@ static void explain_light(
             100.0 * (double)p->object_hits[i] / (double)p->probes,
             plan->wave && waved[i] ? "wavefronts" : "photons");
         if (p->wave && p->wave[i].rays > 0)
-            say(t, "    A wavefront takes %.3g rays a corner and leaves %.2g %% of its light to photons.\n",
-                p->wave[i].rays, 100 * p->wave[i].left);
+            say(t,
+                "    A wavefront takes %.3g rays a corner, leaves %.2g %% of its light to photons and has "
+                "%.2g "
+                "times the variance of as many of them.\n",
+                p->wave[i].rays, 100 * p->wave[i].left, p->wave[i].noise);
     }
 }
 

@@ -12,8 +12,9 @@
 
 /** What a small wavefront from one place on a light to one caster meets. */
 typedef struct WaveCost {
-    double rays; /**< per corner of the grid; 0: not tried */
-    double left; /**< share of the flux that it leaves to photons */
+    double rays;  /**< per corner of the grid; 0: not tried */
+    double left;  /**< share of the flux that it leaves to photons */
+    double noise; /**< variance, in that of as many photons as it has triangles */
 } WaveCost;
 
 /** Are wavefronts towards such a caster quicker to an error than photons are? */

@@ -168,6 +168,7 @@ cau_result wave_probe(const WaveRun *run, int object, WaveProbe *out, CauError *
     run->light->kind->emit_start(run->light, 0.5, 0.5, &start);
     WaveFront fronts[WAVE_FRONTS_MAX];
     int count = wave_fronts(run, &start, object, fronts);
+    double looked = 0, flux = 0, found = 0;
     WaveBatch batch = {0};
     cau_result result = CAU_OK;
     for (int i = 0; i < count && result == CAU_OK; i++) {
@@ -176,11 +177,15 @@ cau_result wave_probe(const WaveRun *run, int object, WaveProbe *out, CauError *
         wave_cells(run, NULL, false, &tile, &batch);
         out->landed += batch.landed;
         out->left += batch.left;
+        looked += batch.looked;
+        flux += batch.looked_flux;
+        found += batch.found;
         out->rays += batch.account.rays;
         out->corners += (PROBE_CELLS + 1) * (PROBE_CELLS + 1);
         if (batch.out_of_memory)
             result = error_set(err, CAU_ERROR_RESOURCE, "out of memory for a wavefront's probe");
     }
+    out->noise = flux > 0 ? found * looked / square(flux) : 0;
     free(batch.triangles);
     free(batch.deposits);
     return result;

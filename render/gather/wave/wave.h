@@ -62,6 +62,7 @@ typedef struct WaveRun {
 typedef struct WaveProbe {
     double landed; /**< flux that lands by triangles */
     double left;   /**< flux that is left to photons */
+    double noise; /**< variance of what single rays mend, in that of as many photons as there are triangles */
     uint64_t rays, corners;
 } WaveProbe;
 

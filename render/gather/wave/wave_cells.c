@@ -257,6 +257,7 @@ void wave_cells(const WaveRun *run, const WaveView *view, bool seen, const WaveT
     out->seen_count = out->count = out->splat_count = out->deposit_count = 0;
     out->account = (FluxAccount){0};
     out->landed = out->left = 0;
+    out->looked = out->looked_flux = out->found = 0;
     WaveCells c = {.run = run, .view = view, .seen = seen, .front = tile->front, .out = out};
     set_limits(&c);
     c.key = rng_combine(tile->key, rng_combine((uint64_t)tile->x0, (uint64_t)tile->y0));

@@ -20,6 +20,8 @@
 #define LOOK_CHANCE (1.0 / 16)
 #define LOOK_SURE 0.5
 #define LOOK_MEMORY 32.0
+/* A probe draws nothing: it looks into this share of the triangles, to measure. */
+#define PROBE_CHANCE 0.25
 /* Light that is moved by less than this part of a pixel, or of the landed triangle, stays where it is: that a
  * triangle is flat and evenly lit costs less than the noise of mending it. */
 #define SAME_PLACE 0.1
@@ -127,19 +129,28 @@ static void weights_at(const WaveClaim *claim, double u, double v, double w[3]) 
     w[0] = 1 - w[1] - w[2];
 }
 
-static Drawn drawn_at(const WaveCells *c, const WaveClaim *claim, double u, double v) {
+WaveLanding wave_interpolate(const WaveCells *c, const WaveClaim *claim, double u, double v, double *extent) {
     const WaveLanding *l[3];
-    double w[3], x, y;
+    double w[3];
     weights_at(claim, u, v, w);
     for (int i = 0; i < 3; i++) l[i] = &c->landings.items[claim->landing[i]];
-    Drawn d = {.at = *l[0]};
-    d.at.position = d.at.normal = v3(0, 0, 0);
+    WaveLanding at = *l[0];
+    at.position = at.normal = v3(0, 0, 0);
     for (int i = 0; i < 3; i++) {
-        d.at.position = v3_mad(d.at.position, w[i], l[i]->position);
-        d.at.normal = v3_mad(d.at.normal, w[i], l[i]->normal);
-        d.extent = fmax(d.extent, v3_length(v3_sub(l[i]->position, l[(i + 1) % 3]->position)));
+        at.position = v3_mad(at.position, w[i], l[i]->position);
+        at.normal = v3_mad(at.normal, w[i], l[i]->normal);
+        *extent = fmax(*extent, v3_length(v3_sub(l[i]->position, l[(i + 1) % 3]->position)));
     }
-    d.at.normal = v3_normalize(d.at.normal);
+    at.normal = v3_normalize(at.normal);
+    return at;
+}
+
+static Drawn drawn_at(const WaveCells *c, const WaveClaim *claim, double u, double v) {
+    const WaveLanding *l[3];
+    double x, y;
+    for (int i = 0; i < 3; i++) l[i] = &c->landings.items[claim->landing[i]];
+    Drawn d = {0};
+    d.at = wave_interpolate(c, claim, u, v, &d.extent);
     WaveTriangle t = {.receiver = d.at.receiver};
     wave_set_plane(c->run->scene, (const WaveLanding *const *)l, &t);
     d.shown = d.at.shown && wave_project(c->view, d.at.position, &x, &y) &&
@@ -148,15 +159,14 @@ static Drawn drawn_at(const WaveCells *c, const WaveClaim *claim, double u, doub
     return d;
 }
 
-/* Along the receiver: that a flat triangle hangs over it moves no light. */
-static bool same_place(const WaveCells *c, const Drawn *d, const WaveLanding *found) {
+bool wave_same_place(const WaveCells *c, const WaveLanding *drawn, double extent, const WaveLanding *found) {
     CameraView view;
-    double pixel = d->extent;
+    double pixel = extent;
     if (camera_project(&c->run->scene->camera, found->position, &view))
         pixel = 1 / sqrt(view.raster_per_area);
-    V3 off = v3_sub(found->position, d->at.position);
-    off = v3_mad(off, -v3_dot(off, d->at.normal), d->at.normal);
-    return v3_length(off) <= fmax(SAME_PLACE * pixel, SAME_TRIANGLE * d->extent);
+    V3 off = v3_sub(found->position, drawn->position);
+    off = v3_mad(off, -v3_dot(off, drawn->normal), drawn->normal);
+    return v3_length(off) <= fmax(SAME_PLACE * pixel, SAME_TRIANGLE * extent);
 }
 
 /* ---- the difference ---- */
@@ -165,7 +175,7 @@ static bool same_place(const WaveCells *c, const Drawn *d, const WaveLanding *fo
 static void put_moved(
     WaveCells *c, const WaveLanding *found, const WaveClaim *claim, const WaveCorner *ray, Share *share) {
     Drawn d = drawn_at(c, claim, ray->u, ray->v);
-    bool same = same_place(c, &d, found);
+    bool same = wave_same_place(c, &d.at, d.extent, found);
     Rgb minus = rgb_scale(claim->weight, -1), rest = rgb_add(found->weight, minus);
     put_shown(c, found, same && d.shown ? rest : found->weight, share, same && d.shown);
     if (!same && d.shown) put_shown(c, &d.at, minus, share, true);
@@ -203,25 +213,31 @@ static Rgb corner_weight(const WaveCorner *const corner[3]) {
     return most;
 }
 
-void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, double left) {
-    Rgb start = corner_weight(corner);
-    c->out->left += left * rgb_max(start) * area;
-    uint64_t leaf = c->leaves++;
-    if (!c->view) return;
-    Rng rng = rng_make(rng_combine(c->key, leaf));
-    double look = clamp(c->found / LOOK_SURE, LOOK_CHANCE, 1), rest = left / PHOTON_SHARE;
-    double chance = fmin(fmax(look, rest), 1);
-    if (rng_next(&rng) >= chance) return;
-    double a = sqrt(rng_next(&rng)), b = rng_next(&rng), w[3] = {1 - a, a * (1 - b), a * b}, u = 0, v = 0;
+/* A ray at a random place of the triangle. */
+static WaveCorner look(WaveCells *c, const WaveCorner *const corner[3], Rng *rng) {
+    double a = sqrt(rng_next(rng)), b = rng_next(rng), w[3] = {1 - a, a * (1 - b), a * b}, u = 0, v = 0;
     for (int k = 0; k < 3; k++) {
         u += w[k] * corner[k]->u;
         v += w[k] * corner[k]->v;
     }
+    return wave_corner(c->run, c->front, u, v, 0, &c->landings, c->view ? &c->out->account : NULL);
+}
+
+void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, double left) {
+    Rgb start = corner_weight(corner);
+    c->out->left += left * rgb_max(start) * area;
+    Rng rng = rng_make(rng_combine(c->key, c->leaves++));
+    double often = clamp(c->found / LOOK_SURE, LOOK_CHANCE, 1), rest = left / PHOTON_SHARE;
+    double chance = fmin(fmax(often, rest), 1);
+    if (rng_next(&rng) >= (c->view ? chance : PROBE_CHANCE)) return;
     size_t top = c->landings.count;
-    WaveCorner ray = wave_corner(c->run, c->front, u, v, 0, &c->landings, &c->out->account);
-    Share share = {area / chance, PHOTON_SHARE * chance * rgb_max(start), &rng, 0};
-    put_difference(c, &ray, &share);
+    WaveCorner ray = look(c, corner, &rng);
     double whole = fmax(rgb_max(start), rgb_max(ray.weight)); /* the corners may have missed the caster */
-    if (rest <= look && whole > 0) c->found += (share.put / square(whole) - c->found) / LOOK_MEMORY;
+    if (c->view) {
+        Share share = {area / chance, PHOTON_SHARE * chance * rgb_max(start), &rng, 0};
+        put_difference(c, &ray, &share);
+        if (rest <= often && whole > 0) c->found += (share.put / square(whole) - c->found) / LOOK_MEMORY;
+    } else
+        wave_measure(c, &ray, area, chance, whole);
     c->landings.count = top;
 }
