@@ -12,7 +12,7 @@
 enum { PASS_PHOTONS = 131072, PASSES_MIN = 8 };
 /* Of a render that is limited by error or time, whose first passes are small: an eye path to each pixel
  * should not cost more than the photons. Wavefronts hold no photons in memory. */
-enum { PASS_LEAST = 4096, PASS_PIXELS = 8, PASS_WAVES = 1 << 22 };
+enum { PASS_LEAST_WAVES = 4096, PASS_LEAST_PHOTONS = 8192, PASS_PIXELS = 8, PASS_WAVES = 1 << 22 };
 
 cau_render_options cau_render_defaults(void) {
     return (cau_render_options){
@@ -96,7 +96,8 @@ static void set_budget(cau_render *r) {
     r->photons_per_pass = r->pass_least = r->pass_most = r->photons_held = (uint32_t)most;
     if (n == 0 && r->options.estimator != CAU_ESTIMATOR_R) {
         double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
-        r->pass_least = (uint32_t)fmin(fmax(pixels / PASS_PIXELS, PASS_LEAST), (double)most);
+        int least = render_waves_alone(r) ? PASS_LEAST_WAVES : PASS_LEAST_PHOTONS;
+        r->pass_least = (uint32_t)fmin(fmax(pixels / PASS_PIXELS, least), (double)most);
         double largest = look_pass_most(r, render_waves_alone(r) ? PASS_WAVES : (double)most);
         r->pass_most = (uint32_t)fmax(largest, r->pass_least);
     }

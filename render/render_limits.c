@@ -11,18 +11,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Powers of the passes with which an error may fall. */
-#define EXPONENT_MIN 0.2
+/* Powers of the passes with which an error falls until the round tells better, and within which it tells:
+ * wavefronts and paths have noise alone, photons bias, too. */
+#define EXPONENT_NOISE 0.5
+#define EXPONENT_PHOTONS 0.42
+#define EXPONENT_MIN 0.3
 #define EXPONENT_MAX 0.6
+/* Passes that are so many times as large take that power of it as long: part of their time is eye paths. */
+#define PASS_TIME_EXPONENT 0.65
 /* Powers of the photons with which it falls from round to round, measured on the bundled scenes: wavefronts,
  * which get finer too, and photons, whose error is noise for the most part. */
 #define ROUND_EXPONENT_WAVES 0.6
 #define ROUND_EXPONENT_PHOTONS 0.45
-/* Passes that a round should have; it must take so many times as many as there are for another to begin, and
- * its passes are so many times as large at most, for few passes tell little of many. */
-#define ROUND_PASSES 10.0
+/* Passes that a round should have, and so many times as many as there are it must take for another to begin:
+ * photons learn their kernels from a pass, so few large ones have less error than many small ones. Passes are
+ * so many times as large at most, for few tell little of many. */
+#define ROUND_PASSES_WAVES 10.0
+#define ROUND_PASSES_PHOTONS 6.0
 #define ROUND_PASSES_TIMED 16.0
-#define ROUND_LEAST 2.5
+#define ROUND_LEAST_WAVES 2.5
+#define ROUND_LEAST_PHOTONS 2.0
 #define ROUND_GROWTH_MAX 16.0
 #define ROUND_EXPONENT_LEAST 0.25
 /* The error is looked at after every sixteenth part of the passes, and told so often. */
@@ -68,7 +76,7 @@ static void start_over(PassState *s, double growth, double error) {
         free(group->looks);
         group->looks = NULL;
     }
-    s->last = (PastRound){growth, error};
+    s->last = (PastRound){growth, error, render_clock_s() + s->round.left_s};
     r->passes = 0;
     r->pass_scale = fmin(r->pass_scale * growth, (double)r->pass_most / r->pass_least);
     begin_round(s);
@@ -76,31 +84,8 @@ static void start_over(PassState *s, double growth, double error) {
 
 /* ---- how much is left ---- */
 
-/* RMSE falls with photons as N^-1/3 (P, alpha 2/3) or with the replicas as N^-1/2 (W, R), unless the round
- * so far tells better: from what it stated at half its passes or less. */
-static double exponent_so_far(PassState *s, double error) {
-    const cau_render *r = s->r;
-    PastError *past = s->round.past;
-    double expected = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r) ? 1.0 / 2 : 1.0 / 3;
-    double passes = (double)r->passes, ratio = past[0].passes > 0 ? passes / past[0].passes : 1;
-    double found = ratio >= 2 && error > 0 ? log(past[0].error / error) / log(ratio) : expected;
-    if (error > 0 && r->passes >= 4 && (past[1].passes == 0 || passes >= 2 * past[1].passes)) {
-        past[0] = past[1];
-        past[1] = (PastError){passes, error};
-    }
-    return clamp(found, EXPONENT_MIN, EXPONENT_MAX);
-}
-
-/* By whichever limit is met first; negative: not known. */
-static double forecast_s(PassState *s, double now_s, double error) {
-    const cau_render *r = s->r;
-    double best = INFINITY, exponent = 1 / exponent_so_far(s, error), elapsed = now_s - s->round.started_s;
-    double pass_s = elapsed / (double)(r->passes - s->round.before);
-    if (r->passes_share) best = pass_s * (double)(r->passes_share - r->passes);
-    if (r->options.time_s > 0) best = fmin(best, r->options.time_s - (now_s - r->started_s));
-    if (r->options.error > 0 && error > 0)
-        best = fmin(best, pass_s * (double)r->passes * (pow(error / r->options.error, exponent) - 1));
-    return isfinite(best) ? fmax(best, 0) : -1;
+static double pass_seconds(const PassState *s, double now_s) {
+    return (now_s - s->round.started_s) / (double)(s->r->passes - s->round.before);
 }
 
 /* Larger passes do not always help: what limits the error may be the same in each. */
@@ -112,20 +97,59 @@ static bool larger_paid(const PassState *s, double error) {
 /* How many times as large the passes of another round should be; 0: this one goes on. */
 static double growth_wanted(const PassState *s, double now_s, double error) {
     const cau_render *r = s->r;
+    bool waves = render_waves_alone(r);
     double passes = (double)r->passes, growth = ROUND_GROWTH_MAX, needed = INFINITY;
     if (!has_rounds(r) || r->photons_per_pass >= r->pass_most || !larger_paid(s, error)) return 0;
     if (r->options.error > 0 && error > 0) {
-        double exponent = render_waves_alone(r) ? ROUND_EXPONENT_WAVES : ROUND_EXPONENT_PHOTONS;
+        double exponent = waves ? ROUND_EXPONENT_WAVES : ROUND_EXPONENT_PHOTONS;
         needed = passes * pow(error / r->options.error, 1 / exponent);
-        growth = fmin(growth, needed / ROUND_PASSES);
+        growth = fmin(growth, needed / (waves ? ROUND_PASSES_WAVES : ROUND_PASSES_PHOTONS));
     }
     if (r->options.time_s > 0) {
-        double pass_s = (now_s - s->round.started_s) / (double)(r->passes - s->round.before);
-        double left = (r->options.time_s - (now_s - r->started_s)) / pass_s;
+        double left = (r->options.time_s - (now_s - r->started_s)) / pass_seconds(s, now_s);
         needed = fmin(needed, passes + left);
         growth = fmin(growth, left / ROUND_PASSES_TIMED);
     }
-    return needed >= ROUND_LEAST * passes ? growth : 0;
+    return needed >= (waves ? ROUND_LEAST_WAVES : ROUND_LEAST_PHOTONS) * passes && growth > 1 ? growth : 0;
+}
+
+/* From what the round stated at half its passes or less. */
+static double exponent_so_far(PassState *s, double error) {
+    const cau_render *r = s->r;
+    PastError *past = s->round.past;
+    bool noise = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r);
+    double expected = noise ? EXPONENT_NOISE : EXPONENT_PHOTONS;
+    double passes = (double)r->passes, ratio = past[0].passes > 0 ? passes / past[0].passes : 1;
+    double found = ratio >= 2 && error > 0 ? log(past[0].error / error) / log(ratio) : expected;
+    if (error > 0 && r->passes >= 4 && (past[1].passes == 0 || passes >= 2 * past[1].passes)) {
+        past[0] = past[1];
+        past[1] = (PastError){passes, error};
+    }
+    return clamp(found, EXPONENT_MIN, EXPONENT_MAX);
+}
+
+/* Seconds until the error is met: what is left of this round, or it and another. */
+static double error_left_s(PassState *s, double now_s, double error) {
+    const cau_render *r = s->r;
+    double passes = (double)r->passes, pass_s = pass_seconds(s, now_s);
+    double least = fmax(PASSES_TOLD - passes, 0), growth = growth_wanted(s, now_s, error);
+    double needed = passes * pow(error / r->options.error, 1 / exponent_so_far(s, error));
+    if (growth > 0) return pass_s * (least + needed * pow(growth, PASS_TIME_EXPONENT - 1));
+    return pass_s * fmax(needed - passes, least);
+}
+
+/* By whichever limit is met first; negative: not known. A few passes of a new round know less than the whole
+ * last one did. */
+static double forecast_s(PassState *s, double now_s, double error) {
+    const cau_render *r = s->r;
+    double best = INFINITY;
+    if (r->passes_share) best = pass_seconds(s, now_s) * (double)(r->passes_share - r->passes);
+    if (r->options.time_s > 0) best = fmin(best, r->options.time_s - (now_s - r->started_s));
+    if (r->options.error > 0 && s->last.end_s > 0 && r->passes < PASSES_TOLD / 2)
+        best = fmin(best, s->last.end_s - now_s);
+    else if (r->options.error > 0 && error > 0)
+        best = fmin(best, error_left_s(s, now_s, error));
+    return isfinite(best) ? fmax(best, 0) : -1;
 }
 
 /* ---- after a pass ---- */
@@ -135,8 +159,7 @@ static bool all_passes(const cau_render *r) { return r->passes_wanted && r->pass
 /* The next pass would end farther beyond it than the last one ended before it. */
 static bool time_is_up(const PassState *s, double now_s) {
     const cau_render *r = s->r;
-    double pass_s = (now_s - s->round.started_s) / (double)(r->passes - s->round.before);
-    return r->options.time_s > 0 && now_s - r->started_s + 0.5 * pass_s >= r->options.time_s;
+    return r->options.time_s > 0 && now_s - r->started_s + 0.5 * pass_seconds(s, now_s) >= r->options.time_s;
 }
 
 bool limits_met(PassState *s) {
@@ -149,7 +172,8 @@ bool limits_met(PassState *s) {
     if (!check && now_s - s->round.reported_s < 1e-3 * REPORT_MS) return false;
     s->round.reported_s = now_s;
     double error = render_total_error(r);
-    render_report(r, "rendering", error, forecast_s(s, now_s, error));
+    s->round.left_s = forecast_s(s, now_s, error);
+    render_report(r, "rendering", error, s->round.left_s);
     if (!check) return false;
     s->round.check = next_check(r->passes);
     /* A black picture says nothing of what larger passes might find. */

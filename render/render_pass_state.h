@@ -15,15 +15,16 @@ typedef struct PastError {
 /* Passes of one size. */
 typedef struct Round {
     double started_s;
-    uint64_t before;   /* passes that it had when it was gone on with, from a state */
-    uint64_t check;    /* the passes after which to ask whether it will do */
-    double reported_s; /* the last progress */
+    uint64_t before;           /* passes that it had when it was gone on with, from a state */
+    uint64_t check;            /* the passes after which to ask whether it will do */
+    double reported_s, left_s; /* the last progress, and its forecast */
     PastError past[2];
 } Round;
 
 /* What the passes before these told. */
 typedef struct PastRound {
     double growth, error; /* of the passes' size after it; 0: there was none */
+    double end_s;         /* when it thought that the render would end; 0: not known */
 } PastRound;
 
 /* What a pass that checks estimator W works with; empty where there is none. */

@@ -29,7 +29,7 @@ import blender_scenes  # noqa: E402
 
 from caustics import bases, switches  # noqa: E402
 
-FILES = ("a_ball_sun5", "d_wineglass", "plastic_room")
+FILES = ("a_ball_sun5", "b_ring", "d_wineglass", "plastic_room")
 RELATIVE, SIGMAS, BLOCK = 0.02, 2.0, 8
 PATHS = 96 * 54 * 512  # of estimator R
 

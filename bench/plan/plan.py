@@ -2,6 +2,7 @@
 """Does the plan choose well? Wavefronts (W) and photons (P), each forced, on casters that its limits were not set on.
 
 usage: plan.py [--seconds S] [--out FILE.json] [SEED...]   (default 1 second, seeds 1 to 70)
+       plan.py --hard [--seconds S] [NAME...]              (hard.py's: what wavefronts are bad at)
 
 For every scene of casters.py at 64x36, one thread: W and P with as many rays as S CPU seconds allow beyond loading and
 probing; their squared error is the mean over the pixels of (x - h1) (x - h2), where h1 and h2 are two runs four times as
@@ -27,6 +28,7 @@ import numpy as np
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "..", "tests", "exact"))
 import casters  # noqa: E402
+import hard  # noqa: E402
 from rig import PROGRAM, read_exr  # noqa: E402
 
 SMALLEST, LONG, RIGHT, TOO_LONG_S = 4096, 4, 1.1, 10
@@ -153,7 +155,8 @@ def summary(rows):
 
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    p.add_argument("seeds", nargs="*", type=int, default=list(range(1, 71)))
+    p.add_argument("seeds", nargs="*")
+    p.add_argument("--hard", action="store_true")
     p.add_argument("--seconds", type=float, default=1)
     p.add_argument("--out", help="the rows, as JSON")
     a = p.parse_args()
@@ -161,19 +164,20 @@ def main():
     print("| scene | rays a corner, left, blur (pixels) | W | P | gain of W | plan |\n|---|---|---|---|---|---|", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(folder, a.seconds)
-        for seed in a.seeds:
-            name, scene = casters.make(seed)
+        for seed in a.seeds or (list(hard.CASES) if a.hard else range(1, 71)):
+            name, scene = (seed, hard.make(seed)) if a.hard else casters.make(int(seed))
             with open(bench.scene, "w", encoding="utf-8") as file:
                 json.dump(scene, file)
-            row = {"seed": seed, "name": name, **bench.measure()}
+            row = {"seed": 0 if a.hard else int(seed), "name": name, **bench.measure()}
             rows.append(row)
             rays, left = max(row["rays"], default=0), max(row["left"], default=0)
             print(f"| {name} | {rays:.0f}, {left:.2g}, {row['blur']:.2g} | {words(row['W'])} | {words(row['P'])} | {gain(row):.3g} | "
-                  f"{row['choice']}{'' if slower(row) <= RIGHT else ' (wrong)'} |", flush=True)
+                  f"{row['choice']}{f', {slower(row):.2f}' if a.hard else ''}{'' if slower(row) <= RIGHT else ' (wrong)'} |", flush=True)
             if a.out:
                 with open(a.out, "w", encoding="utf-8") as file:
                     json.dump(rows, file)
-    summary(rows)
+    if not a.hard:
+        summary(rows)
 
 
 if __name__ == "__main__":

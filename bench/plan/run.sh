@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Does the plan choose the better estimator? W and P, each forced, on scenes that nobody chose: see plan.py.
 #   bench/plan/run.sh [--seconds S] [--out FILE.json] [SEED...]   70 scenes in a quarter of an hour on an idle core
+#   bench/plan/run.sh --hard [--seconds S]                    what wavefronts are bad at
 # BUILD names the build folder [build-bench].
 set -euo pipefail
 cd "$(dirname "$0")/../.."
