@@ -96,7 +96,7 @@ static void set_budget(cau_render *r) {
     r->photons_per_pass = r->pass_least = r->pass_most = r->photons_held = (uint32_t)most;
     if (n == 0 && r->options.estimator != CAU_ESTIMATOR_R) {
         double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
-        int least = render_waves_alone(r) ? PASS_LEAST_WAVES : PASS_LEAST_PHOTONS;
+        int least = r->view ? PASS_LEAST_WAVES : PASS_LEAST_PHOTONS;
         r->pass_least = (uint32_t)fmin(fmax(pixels / PASS_PIXELS, least), (double)most);
         double largest = look_pass_most(r, render_waves_alone(r) ? PASS_WAVES : (double)most);
         r->pass_most = (uint32_t)fmax(largest, r->pass_least);

@@ -26,18 +26,19 @@
 /* Passes that a round should have, and so many times as many as there are it must take for another to begin:
  * photons learn their kernels from a pass, so few large ones have less error than many small ones. Passes are
  * so many times as large at most, for few tell little of many. */
-#define ROUND_PASSES_WAVES 10.0
+#define ROUND_PASSES_WAVES 16.0
 #define ROUND_PASSES_PHOTONS 6.0
 #define ROUND_PASSES_TIMED 16.0
-#define ROUND_LEAST_WAVES 2.5
+#define ROUND_LEAST_WAVES 4.0
 #define ROUND_LEAST_PHOTONS 2.0
 #define ROUND_GROWTH_MAX 16.0
 #define ROUND_EXPONENT_LEAST 0.25
 /* The error is looked at after every sixteenth part of the passes, and told so often. */
 enum { CHECK_PART = 16, REPORT_MS = 200 };
 
-/* Fewer replicas cannot tell their own spread. */
-enum { PASSES_TOLD = 8 };
+/* Fewer replicas cannot tell their own spread. Of wavefronts, which have no kernels wide enough to smooth
+ * what few rays bring, twice as many are wanted before an error is believed. */
+enum { PASSES_TOLD = 8, PASSES_TOLD_WAVES = 16 };
 
 static bool has_rounds(const cau_render *r) {
     return r->options.photons == 0 && r->options.estimator != CAU_ESTIMATOR_R;
@@ -132,7 +133,8 @@ static double exponent_so_far(PassState *s, double error) {
 static double error_left_s(PassState *s, double now_s, double error) {
     const cau_render *r = s->r;
     double passes = (double)r->passes, pass_s = pass_seconds(s, now_s);
-    double least = fmax(PASSES_TOLD - passes, 0), growth = growth_wanted(s, now_s, error);
+    double least = fmax((r->view ? PASSES_TOLD_WAVES : PASSES_TOLD) - passes, 0),
+           growth = growth_wanted(s, now_s, error);
     double needed = passes * pow(error / r->options.error, 1 / exponent_so_far(s, error));
     if (growth > 0) return pass_s * (least + needed * pow(growth, PASS_TIME_EXPONENT - 1));
     return pass_s * fmax(needed - passes, least);
@@ -178,7 +180,8 @@ bool limits_met(PassState *s) {
     s->round.check = next_check(r->passes);
     /* A black picture says nothing of what larger passes might find. */
     bool largest = !has_rounds(r) || r->photons_per_pass >= r->pass_most;
-    if (r->options.error > 0 && error <= r->options.error && (error > 0 || (error == 0 && largest)))
+    bool told = r->passes >= (r->view ? PASSES_TOLD_WAVES : PASSES_TOLD);
+    if (r->options.error > 0 && told && error <= r->options.error && (error > 0 || (error == 0 && largest)))
         return true;
     double growth = growth_wanted(s, now_s, error);
     if (growth > 0) start_over(s, growth, error);

@@ -191,7 +191,7 @@ class Job:
 
     def make_caustics(self):
         self.check_extract()
-        self.text = "Tracing photons"
+        self.text, self.progress = "Tracing photons", 0.0
         path = os.path.join(self.folder, "caustics.exr")
         report = os.path.join(self.folder, "report.json")
         child = inprocess.start(self.options, self.extract, self.albedo, path, report, self.folder, polite=self.interactive)
@@ -214,7 +214,8 @@ class Job:
         now = child.progress()
         if not now:
             return
-        self.progress, self.text = fraction(now, self.options.error, self.options), sentence(now)
+        self.text = sentence(now)
+        self.progress = max(self.progress, fraction(now, self.options.time_s))  # a forecast may grow, a bar should not shrink
 
     def add(self):
         self.text, self.progress = "Adding the layers", 1.0
@@ -246,13 +247,9 @@ def sentence(now):
     return ", ".join(words)
 
 
-def fraction(now, target, options):
-    """How far a render is, by whichever limit is nearest: the error falls with the square root of the photons."""
-    parts = [0.0]
-    if target and now["error"]:
-        parts.append((target / now["error"]) ** 2)
-    if options.time_s:
-        parts.append(now["elapsed_s"] / options.time_s)
-    if options.photons:
-        parts.append(now["photons_per_light"] / options.photons)
-    return min(max(parts), 1.0)
+def fraction(now, time_s):
+    """How far a render is: by its own forecast, or of the time that it may take."""
+    elapsed = now["elapsed_s"]
+    if now["remaining_s"] is not None:
+        return elapsed / max(elapsed + now["remaining_s"], 1e-9)
+    return min(elapsed / time_s, 1.0) if time_s else 0.0
