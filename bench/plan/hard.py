@@ -79,7 +79,8 @@ def diamond():
         n = (i + 1) % 16
         f += [[g + i, h + i, g + n], [g + n, h + i, h + n]]
     shape = {"type": "mesh", "vertices": v, "triangles": f}
-    return [{"name": "Caster0", "shape": shape, "position": [0, 0, 0.15], "rotation_deg": [20, 10, 0], "material": "caster"}], sun(0.53), {
+    return [{"name": "Caster0", "shape": shape, "position": [0, 0, 0.15], "rotation_deg": [20, 10, 0], "smooth": False,
+             "material": "caster"}], sun(0.53), {
         **GLASS, "ior": 2.42}
 
 

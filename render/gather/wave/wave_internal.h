@@ -280,9 +280,10 @@ bool wave_on_this_side(
  *  its receiver within it. */
 void wave_mark_contact(WaveView *view, const TraceScene *trace, size_t at, double x, double y, double size);
 
-/** Prepares a photon of that flux for the view: false when nothing of it shows (wave_splat.c). */
-bool wave_splat(const WaveRun *run, const WaveView *view, const WaveLanding *landing, Rgb flux, double turn,
-    WaveSplat *out);
+/** Prepares a photon of that flux and kernel radius, in footprints, for the view: false when nothing of it
+ * shows (wave_splat.c). */
+bool wave_splat(const WaveRun *run, const WaveView *view, const WaveLanding *landing, Rgb flux,
+    double radius_pixels, double turn, WaveSplat *out);
 
 /** Adds a splat to the rows [y0, y1) of the view. */
 void wave_splat_draw(const TraceScene *trace, WaveView *view, const WaveSplat *splat, int y0, int y1);

@@ -77,12 +77,12 @@ static double shown_area(const TraceScene *trace, const WaveView *v, const WaveS
     return sum;
 }
 
-bool wave_splat(
-    const WaveRun *run, const WaveView *view, const WaveLanding *l, Rgb flux, double turn, WaveSplat *out) {
+bool wave_splat(const WaveRun *run, const WaveView *view, const WaveLanding *l, Rgb flux,
+    double radius_pixels, double turn, WaveSplat *out) {
     CameraView seen;
     if (!camera_project(&view->scene->camera, l->position, &seen)) return false;
-    double footprint = 1 / sqrt(seen.raster_per_area), radius = run->radius_pixels * footprint;
-    out->reach = run->radius_pixels * view->scale + 1;
+    double footprint = 1 / sqrt(seen.raster_per_area), radius = radius_pixels * footprint;
+    out->reach = radius_pixels * view->scale + 1;
     out->x = seen.x * view->scale - view->x0;
     out->y = seen.y * view->scale - view->y0;
     if (out->x < -out->reach || out->x > view->width + out->reach || out->y < -out->reach ||
@@ -103,7 +103,7 @@ bool wave_splat(
     support_find(run->trace, &out->point, radius, &out->support);
     if (out->support.mixed) { /* a ray for every subpixel: near walls a smaller kernel must do */
         support_find(run->trace, &out->point, MIXED_RADIUS * radius, &out->support);
-        out->reach = MIXED_RADIUS * run->radius_pixels * view->scale + 1;
+        out->reach = MIXED_RADIUS * radius_pixels * view->scale + 1;
     }
     double facing = fmax(fabs(v3_dot(seen.to_camera, l->normal)), WAVE_GRAZING_COSINE);
     double even = 1 / (seen.raster_per_area * facing * view->scale * view->scale);
