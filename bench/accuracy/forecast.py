@@ -4,7 +4,7 @@ by the progress lines, against what was left in the end.
 
 usage: forecast.py PROGRAM SCENES_FOLDER [SCENE...]
 
-Per scene a pilot of three seconds tells its error, and the render goes on to .6 and .35 of it, by the plan and by P
+Per scene a pilot of three seconds, or of more until it can, tells its error, and the render goes on to .6 and .35 of it, by the plan and by P
 alone. Forecasts are read when a tenth, a fifth, 35 and 60 % of the render's own time are over. One thread; seconds are wall seconds, as the
 forecast's are, so the machine should be idle or evenly busy."""
 import bisect
@@ -48,7 +48,10 @@ def main():
             scene = os.path.join(folder, name + ".json")
             for estimator in ("auto", "P"):
                 words = ("--estimator", estimator)
-                start = render(program, scene, place, *words, "--time", str(PILOT_S))
+                start, pilot_s = [{"error": None}], PILOT_S
+                while start[-1]["error"] is None:  # of large scenes it has too few passes
+                    start = render(program, scene, place, *words, "--time", str(pilot_s))
+                    pilot_s *= 3
                 for share in SHARES:
                     goal = share * start[-1]["error"]
                     lines = render(program, scene, place, *words, "--error", f"{goal:.4g}", "--time", str(LIMIT_S))
