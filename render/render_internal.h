@@ -15,6 +15,7 @@
 
 #include <pthread.h>
 #include <stdatomic.h>
+#include <string.h>
 
 /** Photons that start at bent normals per photon of a lamp. */
 #define RENDER_BENT_SHARE 0.25
@@ -32,6 +33,14 @@ typedef struct RenderGroup {
         bent[2];              /**< sums over passes, see photons.h; photons of lamps, of bent normals */
     FluxAccount wave_account; /**< of estimator W */
 } RenderGroup;
+
+/** Every film of a group; those that it does not have are empty. A further film is a further line. */
+enum { GROUP_FILMS = 8 };
+static inline void group_films(RenderGroup *g, Film *out[GROUP_FILMS]) {
+    Film *const all[GROUP_FILMS] = {&g->films[0], &g->films[1], g->seen, g->irradiance, g->coverage,
+        &g->kernels[0].bias, &g->kernels[1].bias, &g->kernels[0].waves};
+    memcpy(out, all, sizeof all);
+}
 
 struct cau_render {
     cau_scene *source;

@@ -33,8 +33,9 @@
 #define ROUND_LEAST_PHOTONS 2.0
 #define ROUND_GROWTH_MAX 16.0
 #define ROUND_EXPONENT_LEAST 0.25
-/* The error is looked at after every sixteenth part of the passes, and told so often. */
-enum { CHECK_PART = 16, REPORT_MS = 200 };
+/* The error is looked at after every sixteenth part of the passes, and told every so many seconds. */
+enum { CHECK_PART = 16 };
+#define REPORT_S 0.2
 
 /* Fewer replicas cannot tell their own spread. Of wavefronts, which have no kernels wide enough to smooth
  * what few rays bring, twice as many are wanted before an error is believed. */
@@ -51,7 +52,7 @@ static uint64_t next_check(uint64_t passes) {
     return check;
 }
 
-static void begin_round(PassState *s) {
+void limits_begin(PassState *s) {
     cau_render *r = s->r;
     if (has_rounds(r)) {
         r->pass_scale = fmax(r->pass_scale, 1);
@@ -60,15 +61,14 @@ static void begin_round(PassState *s) {
     s->round = (Round){.started_s = render_clock_s(), .before = r->passes, .check = next_check(r->passes)};
 }
 
-void limits_begin(PassState *s) { begin_round(s); }
-
 /* As before the first pass. */
 static void start_over(PassState *s, double growth, double error) {
     cau_render *r = s->r;
     for (size_t g = 0; g < r->group_count; g++) {
         RenderGroup *group = &r->groups[g];
-        Film *films[] = {&group->films[0], &group->films[1], group->seen, group->irradiance, group->coverage};
-        for (size_t f = 0; f < sizeof films / sizeof *films; f++) film_restart(films[f]);
+        Film *films[GROUP_FILMS];
+        group_films(group, films);
+        for (size_t f = 0; f < GROUP_FILMS; f++) film_restart(films[f]);
         for (int kind = 0; kind < 2; kind++)
             if (kind ? group->indirect : group->direct) kernels_restart(r, g, kind);
         memset(group->accounts, 0, sizeof group->accounts);
@@ -80,7 +80,7 @@ static void start_over(PassState *s, double growth, double error) {
     s->last = (PastRound){growth, error, render_clock_s() + s->round.left_s};
     r->passes = 0;
     r->pass_scale = fmin(r->pass_scale * growth, (double)r->pass_most / r->pass_least);
-    begin_round(s);
+    limits_begin(s);
 }
 
 /* ---- how much is left ---- */
@@ -156,7 +156,7 @@ static double forecast_s(PassState *s, double now_s, double error) {
 
 /* ---- after a pass ---- */
 
-static bool all_passes(const cau_render *r) { return r->passes_wanted && r->passes >= r->passes_share; }
+bool limits_all_passes(const cau_render *r) { return r->passes_wanted && r->passes >= r->passes_share; }
 
 /* The next pass would end farther beyond it than the last one ended before it. */
 static bool time_is_up(const PassState *s, double now_s) {
@@ -167,11 +167,11 @@ static bool time_is_up(const PassState *s, double now_s) {
 bool limits_met(PassState *s) {
     cau_render *r = s->r;
     double now_s = render_clock_s();
-    if (all_passes(r) || time_is_up(s, now_s)) return true;
+    if (limits_all_passes(r) || time_is_up(s, now_s)) return true;
     /* The error costs a walk over all films: not after every short pass. Whether it will do is asked after
      * the same passes always, so that the picture does not depend on the machine. */
     bool check = r->passes == s->round.check;
-    if (!check && now_s - s->round.reported_s < 1e-3 * REPORT_MS) return false;
+    if (!check && now_s - s->round.reported_s < REPORT_S) return false;
     s->round.reported_s = now_s;
     double error = render_total_error(r);
     s->round.left_s = forecast_s(s, now_s, error);
@@ -187,5 +187,3 @@ bool limits_met(PassState *s) {
     if (growth > 0) start_over(s, growth, error);
     return false;
 }
-
-bool limits_already_met(const cau_render *r) { return all_passes(r); }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
  *  What a pass works on, shared by render_passes.c (the loop), render_kernels.c (how wide kernels are),
- *  render_look.c (eye paths of a pixel) and render_waves.c (estimator W), render_limits.c (when it ends). */
+ *  render_look.c (eye paths of a pixel), render_waves.c (estimator W) and render_limits.c (when it ends). */
 #ifndef RENDER_RENDER_PASS_STATE_H
 #define RENDER_RENDER_PASS_STATE_H
 
@@ -94,13 +94,13 @@ cau_result look_closer(PassState *s, const RenderGroup *group, int kind, GatherR
 /** Forgets what a layer's kernels have learned. */
 void kernels_restart(cau_render *r, size_t group, int kind);
 
-/** Before the first pass. */
+/** Before the first pass of a round. */
 void limits_begin(PassState *s);
 /** After every pass: is the render done? Reports progress. What little is known may call for larger passes:
  * then all starts over with these. */
 bool limits_met(PassState *s);
 /** Before the first pass: a state that was gone on from may be all there is to do. */
-bool limits_already_met(const cau_render *r);
+bool limits_all_passes(const cau_render *r);
 
 /** After a layer's pass: its kernels are learned for good. */
 void kernels_settle(RenderGroup *group, int kind, bool tried);

@@ -291,7 +291,7 @@ static cau_result learn_from_first_pass(PassState *s, CauError *err) {
 
 cau_result render_passes(cau_render *r, CauError *err) {
     CAU_TRY(render_check_joined(r, err));
-    if (!render_has_layers(r) || limits_already_met(r)) return CAU_OK;
+    if (!render_has_layers(r) || limits_all_passes(r)) return CAU_OK;
     bool reference = r->options.estimator == CAU_ESTIMATOR_R;
     PassState s = {.r = r, .key = rng_combine(r->options.seed, 0x63617573u)};
     limits_begin(&s);

@@ -61,9 +61,9 @@ static cau_result walk_state(cau_render *r, StateVisit visit, void *data) {
     CAU_TRY(walk_film(&r->beauty, visit, data));
     for (size_t i = 0; i < r->group_count; i++) {
         RenderGroup *g = &r->groups[i];
-        Film *films[] = {&g->films[0], &g->films[1], g->seen, g->irradiance, g->coverage, &g->kernels[0].bias,
-            &g->kernels[1].bias, &g->kernels[0].waves};
-        for (size_t f = 0; f < sizeof films / sizeof *films; f++) CAU_TRY(walk_film(films[f], visit, data));
+        Film *films[GROUP_FILMS];
+        group_films(g, films);
+        for (size_t f = 0; f < GROUP_FILMS; f++) CAU_TRY(walk_film(films[f], visit, data));
         CAU_TRY(visit(data, &(StateItem){STATE_SCALE, g->radius_scale, NULL, 2}));
         FluxAccount *accounts[] = {
             &g->accounts[0], &g->accounts[1], &g->bent[0], &g->bent[1], &g->wave_account};
@@ -307,9 +307,9 @@ static cau_result check_passes(const Reader *in) {
 
 /* Where a render was stopped in the first pass of a round the sums are of the one before it. */
 static void forget_stale(RenderGroup *g) {
-    Film *films[] = {&g->films[0], &g->films[1], g->seen, g->irradiance, g->coverage, &g->kernels[0].bias,
-        &g->kernels[1].bias, &g->kernels[0].waves};
-    for (size_t i = 0; i < sizeof films / sizeof *films; i++)
+    Film *films[GROUP_FILMS];
+    group_films(g, films);
+    for (size_t i = 0; i < GROUP_FILMS; i++)
         if (films[i]->passes == 0) film_clear(films[i]);
 }
 

@@ -39,8 +39,6 @@ cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius
 void bandwidth_restart(Bandwidth *b, double radius) {
     size_t pixels = (size_t)b->width * (size_t)b->height;
     for (size_t i = 0; i < pixels; i++) b->radius[i] = (float)radius;
-    film_restart(&b->bias);
-    film_restart(&b->waves);
     b->tried = false;
 }
 

@@ -26,7 +26,7 @@ typedef struct Bandwidth {
 
 /** `waves`: estimator W draws a part of the layer. */
 cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, bool waves, CauError *err);
-/** Forgets what it has learned; see film_restart(). */
+/** Forgets what it has learned; the films are left alone. */
 void bandwidth_restart(Bandwidth *b, double radius);
 void bandwidth_free(Bandwidth *b);
 double bandwidth_mean_radius(const Bandwidth *b);

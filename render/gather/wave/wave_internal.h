@@ -124,8 +124,9 @@ typedef struct WaveBatch {
     Deposit *deposits;
     size_t deposit_count, deposit_capacity;
     FluxAccount account;
-    double landed, left;               /* flux by triangles, flux left to photons */
-    double looked, looked_flux, found; /* of a probe: see wave_measure() */
+    double landed, left;        /* flux by triangles, flux left to photons */
+    double looked, looked_flux; /* of a probe: how many triangles it looked into, and their flux */
+    double found; /* squares of what it found that corners do not tell, over the chance of a look */
     bool out_of_memory;
 } WaveBatch;
 
@@ -188,19 +189,6 @@ const WaveClaim *wave_claimed(const WaveCells *c, uint64_t path);
 
 /** Leaves the share `left` of a triangle's light to single rays. */
 void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, double left);
-
-/** Where the claim's flat triangle has the place (u, v) of the front; `extent`: the landed triangle's longest
- *  edge, where it is more than what is there. */
-WaveLanding wave_interpolate(const WaveCells *c, const WaveClaim *claim, double u, double v, double *extent);
-
-/** Is light that a triangle of that extent put at `drawn` near enough to where it was found? Along the
- * receiver: that a flat triangle hangs over it moves no light. */
-bool wave_same_place(const WaveCells *c, const WaveLanding *drawn, double extent, const WaveLanding *found);
-
-/** Counts the look `ray` in a triangle of that area, whose whole light is `whole` per area, with the square
- * of what it finds that the corners do not tell, over the chance by which such a triangle is looked into
- * (wave_measure.c). */
-void wave_measure(WaveCells *c, const WaveCorner *ray, double area, double chance, double whole);
 
 /** Light for receivers seen through glass or in mirrors. */
 void wave_put_deposit(WaveCells *c, const WaveLanding *landing, Rgb flux);

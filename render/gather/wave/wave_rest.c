@@ -81,8 +81,10 @@ static double survives(Share *share, Rgb weight) {
     return share->scale / chance;
 }
 
-/* On what the camera sees directly; `sure`: it does see the place. */
+/* On what the camera sees directly; `sure`: it does see the place. A probe only adds up. */
 static void put_shown(WaveCells *c, const WaveLanding *l, Rgb weight, Share *share, bool sure) {
+    if (!c->view) survives(share, weight);
+    if (!c->view) return;
     double scale = l->shown ? survives(share, weight) : 0;
     if (scale > 0 && (sure || wave_view_sees(c->view, c->run->trace, l)))
         put_splat(c, l, rgb_scale(weight, scale), share->radius_pixels, rng_next(share->rng));
@@ -134,28 +136,21 @@ static void weights_at(const WaveClaim *claim, double u, double v, double w[3]) 
     w[0] = 1 - w[1] - w[2];
 }
 
-WaveLanding wave_interpolate(const WaveCells *c, const WaveClaim *claim, double u, double v, double *extent) {
-    const WaveLanding *l[3];
-    double w[3];
-    weights_at(claim, u, v, w);
-    for (int i = 0; i < 3; i++) l[i] = &c->landings.items[claim->landing[i]];
-    WaveLanding at = *l[0];
-    at.position = at.normal = v3(0, 0, 0);
-    for (int i = 0; i < 3; i++) {
-        at.position = v3_mad(at.position, w[i], l[i]->position);
-        at.normal = v3_mad(at.normal, w[i], l[i]->normal);
-        *extent = fmax(*extent, v3_length(v3_sub(l[i]->position, l[(i + 1) % 3]->position)));
-    }
-    at.normal = v3_normalize(at.normal);
-    return at;
-}
-
 static Drawn drawn_at(const WaveCells *c, const WaveClaim *claim, double u, double v) {
     const WaveLanding *l[3];
-    double x, y;
+    double w[3], x, y;
+    weights_at(claim, u, v, w);
     for (int i = 0; i < 3; i++) l[i] = &c->landings.items[claim->landing[i]];
-    Drawn d = {0};
-    d.at = wave_interpolate(c, claim, u, v, &d.extent);
+    Drawn d = {.at = *l[0]};
+    d.at.position = d.at.normal = v3(0, 0, 0);
+    for (int i = 0; i < 3; i++) {
+        d.at.position = v3_mad(d.at.position, w[i], l[i]->position);
+        d.at.normal = v3_mad(d.at.normal, w[i], l[i]->normal);
+        d.extent = fmax(d.extent, v3_length(v3_sub(l[i]->position, l[(i + 1) % 3]->position)));
+    }
+    d.at.normal = v3_normalize(d.at.normal);
+    d.shown = true;
+    if (!c->view) return d;
     WaveTriangle t = {.receiver = d.at.receiver};
     wave_set_plane(c->run->scene, (const WaveLanding *const *)l, &t);
     d.shown = d.at.shown && wave_project(c->view, d.at.position, &x, &y) &&
@@ -164,14 +159,15 @@ static Drawn drawn_at(const WaveCells *c, const WaveClaim *claim, double u, doub
     return d;
 }
 
-bool wave_same_place(const WaveCells *c, const WaveLanding *drawn, double extent, const WaveLanding *found) {
+/* Along the receiver: that a flat triangle hangs over it moves no light. */
+static bool same_place(const WaveCells *c, const Drawn *d, const WaveLanding *found) {
     CameraView view;
-    double pixel = extent;
+    double pixel = d->extent;
     if (camera_project(&c->run->scene->camera, found->position, &view))
         pixel = 1 / sqrt(view.raster_per_area);
-    V3 off = v3_sub(found->position, drawn->position);
-    off = v3_mad(off, -v3_dot(off, drawn->normal), drawn->normal);
-    return v3_length(off) <= fmax(SAME_PLACE * pixel, SAME_TRIANGLE * extent);
+    V3 off = v3_sub(found->position, d->at.position);
+    off = v3_mad(off, -v3_dot(off, d->at.normal), d->at.normal);
+    return v3_length(off) <= fmax(SAME_PLACE * pixel, SAME_TRIANGLE * d->extent);
 }
 
 /* ---- the difference ---- */
@@ -180,7 +176,7 @@ bool wave_same_place(const WaveCells *c, const WaveLanding *drawn, double extent
 static void put_moved(
     WaveCells *c, const WaveLanding *found, const WaveClaim *claim, const WaveCorner *ray, Share *share) {
     Drawn d = drawn_at(c, claim, ray->u, ray->v);
-    bool same = wave_same_place(c, &d.at, d.extent, found);
+    bool same = same_place(c, &d, found);
     Rgb minus = rgb_scale(claim->weight, -1), rest = rgb_add(found->weight, minus);
     put_shown(c, found, same && d.shown ? rest : found->weight, share, same && d.shown);
     if (!same && d.shown) put_shown(c, &d.at, minus, share, true);
@@ -228,6 +224,12 @@ static WaveCorner look(WaveCells *c, const WaveCorner *const corner[3], Rng *rng
     return wave_corner(c->run, c->front, u, v, 0, &c->landings, c->view ? &c->out->account : NULL);
 }
 
+static void measure(WaveBatch *b, double flux, double found) {
+    b->looked++;
+    b->looked_flux += flux;
+    b->found += found;
+}
+
 void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, double left) {
     Rgb start = corner_weight(corner);
     c->out->left += left * rgb_max(start) * area;
@@ -238,14 +240,14 @@ void wave_leave(WaveCells *c, const WaveCorner *const corner[3], double area, do
     size_t top = c->landings.count;
     WaveCorner ray = look(c, corner, &rng);
     double whole = fmax(rgb_max(start), rgb_max(ray.weight)); /* the corners may have missed the caster */
-    if (c->view) {
-        Share share = {.scale = area / chance,
-            .least = PHOTON_SHARE * chance * rgb_max(start),
-            .radius_pixels = c->run->radius_pixels * (rest > often ? RADIUS_LEFT : 1),
-            .rng = &rng};
-        put_difference(c, &ray, &share);
-        if (rest <= often && whole > 0) c->found += (share.put / square(whole) - c->found) / LOOK_MEMORY;
-    } else
-        wave_measure(c, &ray, area, chance, whole);
+    Share share = {.scale = area / chance,
+        .least = c->view ? PHOTON_SHARE * chance * rgb_max(start) : 0,
+        .radius_pixels = c->run->radius_pixels * (rest > often ? RADIUS_LEFT : 1),
+        .rng = &rng};
+    put_difference(c, &ray, &share);
+    if (!c->view)
+        measure(c->out, area * whole, square(area) * share.put / chance);
+    else if (rest <= often && whole > 0)
+        c->found += (share.put / square(whole) - c->found) / LOOK_MEMORY;
     c->landings.count = top;
 }
