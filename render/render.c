@@ -10,9 +10,14 @@
 #include <time.h>
 
 enum { PASS_PHOTONS = 131072, PASSES_MIN = 8 };
+/* In a picture of more pixels passes have more photons, up to one a pixel, or most of the time is eye paths;
+ * but of a render of so many photons there are this many passes, for edges are smooth by their number. */
+enum { PASSES_LARGE = 16 };
 /* Of a render that is limited by error or time, whose first passes are small: an eye path to each pixel
  * should not cost more than the photons. Wavefronts hold no photons in memory. */
-enum { PASS_LEAST_WAVES = 4096, PASS_LEAST_PHOTONS = 8192, PASS_PIXELS = 8, PASS_WAVES = 1 << 22 };
+enum { PASS_LEAST_WAVES = 4096, PASS_LEAST_PHOTONS = 8192, PASS_WAVES = 1 << 22 };
+/* Pixels for each of them; an eye path with its kernel takes as long as a photon or two. */
+enum { PASS_PIXELS_WAVES = 8, PASS_PIXELS_PHOTONS = 4 };
 
 cau_render_options cau_render_defaults(void) {
     return (cau_render_options){
@@ -89,15 +94,17 @@ static void set_budget(cau_render *r) {
     /* A deposit costs about 100 bytes with its sorted copy and keys; a photon leaves a few. An eighth of the
      * budget is theirs. */
     uint64_t most = memory / 8 / 500;
-    if (most > PASS_PHOTONS) most = PASS_PHOTONS;
+    double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]),
+           large = n ? fmin(pixels, (double)n / PASSES_LARGE) : pixels;
+    most = (uint64_t)fmin((double)most, fmax(PASS_PHOTONS, large));
     if (most < 1024) most = 1024;
     if (r->options.estimator == CAU_ESTIMATOR_R)
         most = (uint64_t)r->scene.camera.width * (uint64_t)r->scene.camera.height;
     r->photons_per_pass = r->pass_least = r->pass_most = r->photons_held = (uint32_t)most;
     if (n == 0 && r->options.estimator != CAU_ESTIMATOR_R) {
-        double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
         int least = r->view ? PASS_LEAST_WAVES : PASS_LEAST_PHOTONS;
-        r->pass_least = (uint32_t)fmin(fmax(pixels / PASS_PIXELS, least), (double)most);
+        double small = pixels / (r->view ? PASS_PIXELS_WAVES : PASS_PIXELS_PHOTONS);
+        r->pass_least = (uint32_t)fmin(fmax(small, least), (double)most);
         double largest = look_pass_most(r, render_waves_alone(r) ? PASS_WAVES : (double)most);
         r->pass_most = (uint32_t)fmax(largest, r->pass_least);
     }

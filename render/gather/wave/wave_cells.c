@@ -47,23 +47,27 @@ static bool put_triangle(WaveCells *c, const WaveTriangle *t) {
     return true;
 }
 
+/* A step in the receiver, as from a tile to the grout: what lies so far off the triangle's plane would show
+ * none of its light. */
+static bool one_plane(const WavePlane *plane, const WaveLanding *const l[3]) {
+    for (int k = 0; k < 3; k++)
+        if (fabs(v3_dot(v3_sub(l[k]->position, plane->center), plane->normal)) > plane->reach) return false;
+    return true;
+}
+
 /* The same triangle for eye points behind glass and in mirrors. */
-static void put_seen(WaveCells *c, const WaveLanding *const l[3], Rgb flux) {
+static void put_seen(WaveCells *c, const WaveLanding *const l[3], const WavePlane *plane, Rgb flux) {
     WaveBatch *b = c->out;
-    V3 center = v3_scale(v3_add(l[0]->position, v3_add(l[1]->position, l[2]->position)), 1.0 / 3);
-    CameraView view;
-    double footprint = 0;
-    if (camera_project(&c->run->scene->camera, center, &view)) footprint = 1 / sqrt(view.raster_per_area);
     if (!array_reserve((void **)&b->seen, &b->seen_capacity, b->seen_count + 1, sizeof *b->seen)) {
         b->out_of_memory = true;
-    } else if (wave_seen_triangle(l, flux, center, footprint, c->even * footprint, &b->seen[b->seen_count])) {
+    } else if (wave_seen_triangle(l, plane, flux, c->even * plane->footprint, &b->seen[b->seen_count])) {
         b->seen_count++;
     } else {
         /* Between two objects the middle may lie under one of them, hidden from its eye points: a corner will
          * do. */
         bool alike = l[0]->object == l[1]->object && l[0]->object == l[2]->object;
         WaveLanding middle = *l[b->deposit_count % 3];
-        if (alike) middle.position = center;
+        if (alike) middle.position = plane->center;
         wave_put_deposit(c, &middle, flux);
     }
 }
@@ -71,6 +75,9 @@ static void put_seen(WaveCells *c, const WaveLanding *const l[3], Rgb flux) {
 /* False when the three do not make a triangle that can be drawn. */
 static bool join(WaveCells *c, const WaveLanding *const l[3], double area) {
     if (!one_sheet(l[0], l[1]) || !one_sheet(l[1], l[2]) || !one_sheet(l[2], l[0])) return false;
+    WavePlane plane;
+    wave_plane(c->run->scene, l, &plane);
+    if (!one_plane(&plane, l)) return false;
     c->out->landed += rgb_max(l[0]->weight) * area; /* a measure: one corner stands for three */
     if (!c->view) return true;
     WaveTriangle t = {.receiver = l[0]->receiver};
@@ -82,12 +89,12 @@ static bool join(WaveCells *c, const WaveLanding *const l[3], double area) {
     }
     if (before == 1 || before == 2) return false; /* partly behind the camera */
     Rgb flux = rgb_scale(rgb_add(l[0]->weight, rgb_add(l[1]->weight, l[2]->weight)), area / 3);
-    if (c->seen) put_seen(c, l, flux);
+    if (c->seen) put_seen(c, l, &plane, flux);
     if (!l[0]->shown || before == 0 || outside(c->view, &t)) return true;
     t.flux[0] = (float)flux.r;
     t.flux[1] = (float)flux.g;
     t.flux[2] = (float)flux.b;
-    wave_set_plane(c->run->scene, l, &t);
+    wave_set_plane(l, &plane, &t);
     return put_triangle(c, &t);
 }
 

@@ -83,6 +83,17 @@ WaveCorner wave_corner(const WaveRun *run, const WaveFront *front, double u, dou
 /** Facing test between a triangle's receiver and the surface that is to show its light. */
 #define WAVE_FACING_COSINE 0.7
 
+/** The plane around a landed triangle: where the surface lies that shows its light. */
+typedef struct WavePlane {
+    V3 normal, center; /* the mean of its corners' normals, on the light's side; the middle */
+    double footprint;  /* edge of a pixel there, 0 where none shows it; scene units */
+    double extent;     /* of the triangle */
+    double reach;      /* how far off the plane the receiver may be */
+    bool flat;         /* the normals are one */
+} WavePlane;
+
+void wave_plane(const Scene *scene, const WaveLanding *const landings[3], WavePlane *out);
+
 typedef struct WaveTriangle {
     double x[3], y[3]; /* raster position in subpixels */
     float plane[4];    /* of the receiver around it: n.p + d */
@@ -146,10 +157,10 @@ cau_result wave_seen_create(
     WaveSeen **out, const Scene *scene, const EyePoints *points, int y0, int y1, size_t bands, CauError *err);
 void wave_seen_free(WaveSeen **seen);
 
-/** False when it is so small that a kernel must spread it. `footprint`: edge of a pixel there; `even`: edge
- * of a triangle there if all were spread evenly over the picture; scene units. */
-bool wave_seen_triangle(const WaveLanding *const landings[3], Rgb flux, V3 center, double footprint,
-    double even, WaveSeenTriangle *out);
+/** False when it is so small that a kernel must spread it. `even`: edge of a triangle there if all were
+ * spread evenly over the picture, scene units. */
+bool wave_seen_triangle(const WaveLanding *const landings[3], const WavePlane *plane, Rgb flux, double even,
+    WaveSeenTriangle *out);
 
 /** Adds the batches' triangles to the pixels of a band, in order. */
 void wave_seen_light(const WaveSeen *seen, size_t band, const WaveBatch *batches, size_t batch_count,
@@ -242,8 +253,8 @@ static inline size_t wave_block(const WaveView *v, const WaveSubpixel *mixed) {
 /** Raster position in subpixels; false: not in front of the camera. */
 bool wave_project(const WaveView *view, V3 p, double *x, double *y);
 
-/** The receiver around a triangle: its plane, how far from it the receiver may be seen, its area if flat. */
-void wave_set_plane(const Scene *scene, const WaveLanding *const landings[3], WaveTriangle *out);
+/** The receiver around a triangle: its plane, and its area if flat. */
+void wave_set_plane(const WaveLanding *const landings[3], const WavePlane *plane, WaveTriangle *out);
 
 /** True when drawing the triangle would light what is seen at a raster position (in subpixels), which is of
  *  `object` then; beyond the view it is taken to. */

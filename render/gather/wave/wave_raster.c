@@ -23,30 +23,42 @@ typedef struct Strip {
 
 /* ---- what is the triangle's receiver ---- */
 
-void wave_set_plane(const Scene *scene, const WaveLanding *const l[3], WaveTriangle *t) {
+void wave_plane(const Scene *scene, const WaveLanding *const l[3], WavePlane *out) {
     V3 n = v3_normalize(v3_add(l[0]->normal, v3_add(l[1]->normal, l[2]->normal)));
     V3 center = v3_scale(v3_add(l[0]->position, v3_add(l[1]->position, l[2]->position)), 1.0 / 3);
     V3 e1 = v3_sub(l[1]->position, l[0]->position), e2 = v3_sub(l[2]->position, l[0]->position);
     double cosine = fmin(v3_dot(n, l[0]->normal), fmin(v3_dot(n, l[1]->normal), v3_dot(n, l[2]->normal)));
-    double extent = fmax(v3_length(e1), v3_length(e2)), area = 0.5 * v3_length(v3_cross(e1, e2));
-    bool flat = cosine > FLAT_COSINE;
+    *out = (WavePlane){.normal = n,
+        .center = center,
+        .extent = fmax(v3_length(e1), v3_length(e2)),
+        .flat = cosine > FLAT_COSINE};
     CameraView seen;
-    double footprint = 0;
-    if (camera_project(&scene->camera, center, &seen)) footprint = 1 / sqrt(seen.raster_per_area);
+    if (camera_project(&scene->camera, center, &seen)) out->footprint = 1 / sqrt(seen.raster_per_area);
+    out->reach = out->extent * (sqrt(fmax(0, 2 - 2 * cosine)) + WAVE_PLANE_OFF) +
+                 out->footprint * (out->flat ? WAVE_FLAT_OFF : 1);
+}
+
+void wave_set_plane(const WaveLanding *const l[3], const WavePlane *plane, WaveTriangle *t) {
+    V3 n = plane->normal, e1 = v3_sub(l[1]->position, l[0]->position),
+       e2 = v3_sub(l[2]->position, l[0]->position);
+    double area = 0.5 * v3_length(v3_cross(e1, e2));
     t->plane[0] = t->normal[0] = (float)n.x;
     t->plane[1] = t->normal[1] = (float)n.y;
     t->plane[2] = t->normal[2] = (float)n.z;
-    t->plane[3] = (float)-v3_dot(n, center);
-    t->reach = (float)(extent * sqrt(fmax(0, 2 - 2 * cosine)) + footprint * (flat ? WAVE_FLAT_OFF : 1));
-    t->per_area = flat && area > 0 && isfinite((float)(1 / area)) ? (float)(1 / area) : 0;
+    t->plane[3] = (float)-v3_dot(n, plane->center);
+    t->reach = (float)plane->reach;
+    t->per_area = plane->flat && area > 0 && isfinite((float)(1 / area)) ? (float)(1 / area) : 0;
+}
+
+static inline float facing_of(const WaveSubpixel *p, const WaveTriangle *t) {
+    return t->normal[0] * p->normal[0] + t->normal[1] * p->normal[1] + t->normal[2] * p->normal[2];
 }
 
 static inline bool shows(const WaveSubpixel *p, const WaveTriangle *t) {
     if (!wave_same_receiver(p->receiver, t->receiver)) return false;
-    float facing = t->normal[0] * p->normal[0] + t->normal[1] * p->normal[1] + t->normal[2] * p->normal[2];
     float off = t->plane[0] * p->position[0] + t->plane[1] * p->position[1] + t->plane[2] * p->position[2] +
                 t->plane[3];
-    return facing >= (float)WAVE_FACING_COSINE && fabsf(off) <= t->reach;
+    return facing_of(p, t) >= (float)WAVE_FACING_COSINE && fabsf(off) <= t->reach;
 }
 
 /* The subpixel at a raster position within the view, or the part of a mixed one. */
@@ -136,7 +148,9 @@ static inline void light(
     const WaveSubpixel *p = &s->view->subpixels[at];
     if (!shows(p, t)) return;
     if ((p->receiver & WAVE_CONTACT) && !part_on_this_side(s, t, p, square)) return;
-    double per_flux = t->per_area > 0 ? covered * (double)t->per_area : share * (double)p->per_flux;
+    /* What is slanted to the plane, as a tile's bevel, has more area for the same light. */
+    double per_flux =
+        t->per_area > 0 ? covered * (double)(t->per_area * facing_of(p, t)) : share * (double)p->per_flux;
     float *e = &s->view->irradiance[3 * at];
     for (int k = 0; k < 3; k++) e[k] += (float)(per_flux * (double)t->flux[k]);
 }

@@ -152,15 +152,21 @@ static Drawn drawn_at(const WaveCells *c, const WaveClaim *claim, double u, doub
     d.shown = true;
     if (!c->view) return d;
     WaveTriangle t = {.receiver = d.at.receiver};
-    wave_set_plane(c->run->scene, (const WaveLanding *const *)l, &t);
+    WavePlane plane;
+    wave_plane(c->run->scene, (const WaveLanding *const *)l, &plane);
+    wave_set_plane((const WaveLanding *const *)l, &plane, &t);
     d.shown = d.at.shown && wave_project(c->view, d.at.position, &x, &y) &&
               wave_shows(c->run->trace, c->view, &t, x, y, &d.at.object);
-    if (c->seen) d.seen = receiver_under(c, &d.at, (double)t.reach + WAVE_PLANE_OFF * d.extent);
+    d.at.position =
+        v3_mad(d.at.position, v3_dot(v3_sub(plane.center, d.at.position), plane.normal), plane.normal);
+    if (c->seen) d.seen = receiver_under(c, &d.at, plane.reach);
     return d;
 }
 
-/* Along the receiver: that a flat triangle hangs over it moves no light. */
+/* Along the receiver: that a flat triangle hangs over it moves no light. It lights no sides of what stands
+ * there. */
 static bool same_place(const WaveCells *c, const Drawn *d, const WaveLanding *found) {
+    if (v3_dot(found->normal, d->at.normal) < WAVE_FACING_COSINE) return false;
     CameraView view;
     double pixel = d->extent;
     if (camera_project(&c->run->scene->camera, found->position, &view))

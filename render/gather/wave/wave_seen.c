@@ -96,18 +96,16 @@ void wave_seen_free(WaveSeen **seen) {
 
 /* ---- a triangle ---- */
 
-bool wave_seen_triangle(const WaveLanding *const l[3], Rgb flux, V3 center, double footprint, double even,
-    WaveSeenTriangle *out) {
-    V3 n = v3_normalize(v3_add(l[0]->normal, v3_add(l[1]->normal, l[2]->normal)));
+bool wave_seen_triangle(
+    const WaveLanding *const l[3], const WavePlane *plane, Rgb flux, double even, WaveSeenTriangle *out) {
+    V3 n = plane->normal, center = plane->center;
     V3 e1 = v3_sub(l[1]->position, l[0]->position), e2 = v3_sub(l[2]->position, l[0]->position);
     double area = 0.5 * fabs(v3_dot(v3_cross(e1, e2), n));
-    if (!(area > LOOKUP_AREA * square(fmin(even, footprint)))) return false;
-    double cosine = fmin(v3_dot(n, l[0]->normal), fmin(v3_dot(n, l[1]->normal), v3_dot(n, l[2]->normal)));
-    double extent = fmax(v3_length(e1), v3_length(e2));
+    if (!(area > LOOKUP_AREA * square(fmin(even, plane->footprint)))) return false;
     *out = (WaveSeenTriangle){.normal = n,
         .plane = v3_dot(n, center),
         .irradiance = rgb_scale(flux, 1 / area),
-        .reach = extent * (sqrt(fmax(0, 2 - 2 * cosine)) + WAVE_PLANE_OFF) + WAVE_FLAT_OFF * footprint,
+        .reach = plane->reach,
         .center = center,
         .radius = fmax(v3_length(v3_sub(l[0]->position, center)),
             fmax(v3_length(v3_sub(l[1]->position, center)), v3_length(v3_sub(l[2]->position, center)))),
@@ -153,12 +151,14 @@ static void visit(void *data, const Deposit *item, double distance2) {
     const EyePoint *p = l->band->points[number];
     if (!wave_same_receiver(wave_receiver(l->seen->scene, p->object), t->receiver)) return;
     V3 ng = v3((double)p->ng[0], (double)p->ng[1], (double)p->ng[2]);
-    if (v3_dot(ng, t->normal) < SUPPORT_COSINE) return;
+    double facing = v3_dot(ng, t->normal);
+    if (facing < WAVE_FACING_COSINE) return;
     if (!bounces_allow(&l->seen->scene->bounces, 1, (unsigned)t->glossy + p->glossy,
             (unsigned)t->transmission + p->transmission))
         return;
-    Rgb radiance =
-        rgb_mul(t->irradiance, rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]));
+    /* What is slanted to the plane has more area for the same light. */
+    Rgb radiance = rgb_mul(rgb_scale(t->irradiance, facing),
+        rgb((double)p->weight[0], (double)p->weight[1], (double)p->weight[2]));
     add(l->images->radiance, 3 * (size_t)p->pixel, radiance);
     if (l->images->seen) add(l->images->seen, 3 * (size_t)p->pixel, radiance);
     spread_add(l->images->spread, p->pixel, radiance);
