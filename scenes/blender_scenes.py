@@ -275,6 +275,8 @@ def add_light(spec):
         l.spread = math.radians(spec.get("spread_deg", 180))
     else:
         l.shadow_soft_size = spec.get("radius_m", 0.0)
+        if hasattr(l, "use_soft_falloff"):  # before 4.0 all are disks
+            l.use_soft_falloff = spec.get("body") == "disk"
         if kind == "spot":
             l.spot_size, l.spot_blend = math.radians(spec["cone_deg"]), spec.get("blend", 0.15)
     o = bpy.data.objects.new(spec["name"], l)

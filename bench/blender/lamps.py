@@ -20,6 +20,9 @@ LAMPS = {
     "wide sun": ("SUN", 3.0, {"angle": 1.2}),
     "point": ("POINT", 100.0, {"shadow_soft_size": 0.05}),
     "spot": ("SPOT", 100.0, {"spot_size": 1.5, "shadow_soft_size": 0.05, "spot_blend": 0.3}),
+    "wide point": ("POINT", 100.0, {"shadow_soft_size": 0.6}),
+    "wide spot": ("SPOT", 100.0, {"spot_size": 1.5, "shadow_soft_size": 0.6, "spot_blend": 0.3}),
+    "sphere": ("POINT", 100.0, {"shadow_soft_size": 0.6, "use_soft_falloff": False}),
     "square": ("AREA", 100.0, {"shape": "SQUARE", "size": 0.5}),
     "rectangle": ("AREA", 100.0, {"shape": "RECTANGLE", "size": 0.5, "size_y": 0.25}),
     "disk": ("AREA", 100.0, {"shape": "DISK", "size": 0.5}),
@@ -66,7 +69,8 @@ def main():
     case, good = Case(), True
     case.setUp()
     for name, lamp in LAMPS.items():
-        if "normalize" in lamp[2] and "normalize" not in bpy.types.Light.bl_rna.properties:  # 4.5 on
+        known = getattr(bpy.types, lamp[0].capitalize() + "Light").bl_rna.properties
+        if not all(key in known for key in lamp[2]):  # Normalize: 4.5 on; Soft Falloff: 4.0 on
             continue
         ratio, spread = compare(case, name, *lamp)
         good &= abs(ratio - 1) < FAR

@@ -1,34 +1,59 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/light/ball.h"
 
-cau_result ball_prepare(
-    double power_w, double radius_m, double flux_scale, Light *out, const char *owner, CauError *err) {
+const char *const ball_bodies[] = {"sphere", "disk", NULL};
+
+cau_result ball_prepare(double power_w, double radius_m, double body, double flux_scale, Light *out,
+    const char *owner, CauError *err) {
     double r = radius_m * sqrt(flux_scale), intensity = power_w * flux_scale / (4.0 * CAU_PI);
     out->delta = !(r * r > 0.0);
     out->derived[BALL_RADIUS] = out->delta ? 0.0 : r;
+    out->derived[BALL_DISK] = body == BODY_DISK;
     out->derived[BALL_VALUE] = out->delta ? intensity : intensity / (CAU_PI * r * r);
     return light_check(out, out->derived[BALL_VALUE], owner, err);
 }
 
 static Rgb value(const Light *l) { return rgb_scale(l->color, l->derived[BALL_VALUE]); }
 
-/* From outside: 1 - cos of the half angle under which the ball is seen from a distance, from sin^2 = r^2 /
- * d^2. */
+/* How the lamp looks from a place: the sine of its half angle is its radius over this distance. */
+static double look_distance(const Light *l, double d) {
+    return l->derived[BALL_DISK] > 0.0 ? hypot(d, l->derived[BALL_RADIUS]) : d;
+}
+
+/* 1 - cos of the half angle under which it is seen, from sin^2 = r^2 / d^2. */
 static double cone_height(double r, double d) {
     double s2 = square(r / d);
     return s2 / (1.0 + sqrt(1.0 - s2));
 }
 
+/* What the nearest point of a ray may miss the middle by, squared, for the ray to meet the lamp. */
+static double reach2(const Light *l, double d) {
+    return square(l->derived[BALL_RADIUS] * d / look_distance(l, d));
+}
+
+/* Along a ray that meets it: to the sphere, or to the disk that faces the ray's origin. */
+static double distance_along(const Light *l, double d, double along, double miss2) {
+    if (l->derived[BALL_DISK] > 0.0) return d * d / along;
+    return along - sqrt(fmax(0.0, square(l->derived[BALL_RADIUS]) - miss2));
+}
+
 bool ball_hit(const Light *l, V3 p, V3 dir, LightSample *out) {
     double r = l->derived[BALL_RADIUS];
     V3 to = v3_sub(l->position, p);
-    double d = v3_length(to), along = v3_dot(to, dir);
-    if (l->delta || !(d > r) || !(along > 0.0)) return false;
+    double d = v3_length(to), seen = look_distance(l, d), along = v3_dot(to, dir);
+    if (l->delta || !(seen > r) || !(along > 0.0)) return false;
     V3 miss = v3_mad(to, -along, dir); /* from the nearest point of the ray to the centre */
-    double inside = r * r - v3_dot(miss, miss);
-    if (!(inside >= 0.0)) return false;
-    *out = (LightSample){dir, along - sqrt(inside), value(l), 1.0 / (2.0 * CAU_PI * cone_height(r, d))};
+    double miss2 = v3_dot(miss, miss);
+    if (!(miss2 <= reach2(l, d))) return false;
+    *out = (LightSample){
+        dir, distance_along(l, d, along, miss2), value(l), 1.0 / (2.0 * CAU_PI * cone_height(r, seen))};
     return true;
+}
+
+bool ball_lights(const Light *l, V3 dir, V3 place) {
+    if (!(l->derived[BALL_DISK] > 0.0) || l->delta) return true;
+    V3 to = v3_sub(l->position, place), miss = v3_mad(to, -v3_dot(to, dir), dir);
+    return v3_dot(miss, miss) <= reach2(l, v3_length(to));
 }
 
 static bool point_sample(const Light *l, V3 p, LightSample *out) {
@@ -43,14 +68,12 @@ bool ball_sample(const Light *l, V3 p, double u, double v, LightSample *out) {
     if (l->delta) return point_sample(l, p, out);
     double r = l->derived[BALL_RADIUS];
     V3 to = v3_sub(l->position, p);
-    double d = v3_length(to);
-    if (!(d > r)) return false;
-    double height = cone_height(r, d);
+    double d = v3_length(to), seen = look_distance(l, d);
+    if (!(seen > r) || !(d > 0.0)) return false;
+    double height = cone_height(r, seen);
     V3 local = sample_cone(height, u, v);
-    /* Along the ray: d cos - sqrt(r^2 - d^2 sin^2). */
-    double inside = r * r - d * d * (local.x * local.x + local.y * local.y);
     out->dir = about_axis(local, v3_scale(to, 1.0 / d));
-    out->distance = d * local.z - sqrt(fmax(0.0, inside));
+    out->distance = distance_along(l, d, d * local.z, d * d * (local.x * local.x + local.y * local.y));
     out->value = value(l);
     out->pdf = 1.0 / (2.0 * CAU_PI * height);
     return true;

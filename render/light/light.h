@@ -71,6 +71,9 @@ typedef struct LightKind {
      *  sample(), pdf being the density with which sample() would have drawn dir. NULL for delta-only kinds.
      */
     bool (*hit)(const Light *l, V3 p, V3 dir, LightSample *out);
+    /** Finite, may be NULL: whether light on its way in a direction lights the first surface that it meets,
+     *  at a place: a lamp may look smaller from nearby than the shape that it shines from. */
+    bool (*lights)(const Light *l, V3 dir, V3 place);
     /** Draws the start of a photon. */
     void (*emit_start)(const Light *l, double u, double v, EmitStart *out);
     /** Finite: radiant intensity per emitting area (radiance times cosine), or intensity for delta points,
@@ -80,6 +83,10 @@ typedef struct LightKind {
     double (*emit_direction)(const Light *l, const EmitStart *start, double u, double v, V3 *dir);
     double (*emit_direction_pdf)(const Light *l, const EmitStart *start, V3 dir);
 } LightKind;
+
+static inline bool light_lights(const Light *l, V3 dir, V3 place) {
+    return !l->kind->lights || l->kind->lights(l, dir, place);
+}
 
 const LightKind *light_find(const char *name);
 const LightKind *const *light_kinds(size_t *count);

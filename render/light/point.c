@@ -3,21 +3,21 @@
 #include "render/light/ball.h"
 
 typedef struct PointParams {
-    double color[3], power_w, radius_m;
+    double color[3], power_w, radius_m, body;
 } PointParams;
 
 static const Param params[] = {
     LIGHT_COLOR,
     LIGHT_NUMBER(PointParams, power_w, "W", 10, 0, LIGHT_VALUE_MAX, PARAM_REQUIRED, "emitted flux"),
-    LIGHT_NUMBER(
-        PointParams, radius_m, "m", 0, 0, LIGHT_VALUE_MAX, 0, "of the luminous sphere; 0 is a point"),
+    LIGHT_NUMBER(PointParams, radius_m, "m", 0, 0, LIGHT_VALUE_MAX, 0, "of the luminous body; 0 is a point"),
+    BALL_BODY(PointParams),
 };
 
 static cau_result prepare(const LightSource *source, const Affine *to_scene, double flux_scale, Light *out,
     const char *owner, CauError *err) {
     const PointParams *p = LIGHT_PARAMS(PointParams, source);
     CAU_TRY(light_place(source, to_scene, out, owner, err));
-    return ball_prepare(p->power_w, p->radius_m, flux_scale, out, owner, err);
+    return ball_prepare(p->power_w, p->radius_m, p->body, flux_scale, out, owner, err);
 }
 
 static void emit_start(const Light *l, double u, double v, EmitStart *out) {
@@ -47,6 +47,7 @@ const LightKind light_point = {
     .prepare = prepare,
     .sample = ball_sample,
     .hit = ball_hit,
+    .lights = ball_lights,
     .emit_start = emit_start,
     .emit = ball_emit,
     .emit_direction = emit_direction,

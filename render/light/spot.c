@@ -6,7 +6,7 @@
 #include "render/light/ball.h"
 
 typedef struct SpotParams {
-    double color[3], power_w, radius_m, cone_deg, blend, falloff;
+    double color[3], power_w, radius_m, cone_deg, blend, falloff, body;
 } SpotParams;
 
 enum {
@@ -23,10 +23,11 @@ static const Param params[] = {
     LIGHT_COLOR,
     LIGHT_NUMBER(SpotParams, power_w, "W", 10, 0, LIGHT_VALUE_MAX, PARAM_REQUIRED,
         "flux of the lamp without its cone"),
-    LIGHT_NUMBER(SpotParams, radius_m, "m", 0, 0, LIGHT_VALUE_MAX, 0, "of the luminous sphere; 0 is a point"),
+    LIGHT_NUMBER(SpotParams, radius_m, "m", 0, 0, LIGHT_VALUE_MAX, 0, "of the luminous body; 0 is a point"),
     LIGHT_NUMBER(SpotParams, cone_deg, "deg", 45, 0, 180, PARAM_REQUIRED | PARAM_MIN_EXCLUDED,
         "full angle of the cone"),
     LIGHT_NUMBER(SpotParams, blend, "", 0.15, 0, 1, 0, "share of the cone over which the edge is softened"),
+    BALL_BODY(SpotParams),
     {.name = "falloff",
         .type = PARAM_CHOICE,
         .unit = "",
@@ -41,7 +42,7 @@ static cau_result prepare(const LightSource *source, const Affine *to_scene, dou
     const char *owner, CauError *err) {
     const SpotParams *p = LIGHT_PARAMS(SpotParams, source);
     CAU_TRY(light_place(source, to_scene, out, owner, err));
-    CAU_TRY(ball_prepare(p->power_w, p->radius_m, flux_scale, out, owner, err));
+    CAU_TRY(ball_prepare(p->power_w, p->radius_m, p->body, flux_scale, out, owner, err));
     double half = radians(0.5 * p->cone_deg);
     out->derived[SPOT_HEIGHT] = one_minus_cos(half);
     out->derived[SPOT_SOFT] = out->derived[SPOT_HEIGHT] * p->blend;
@@ -108,6 +109,7 @@ const LightKind light_spot = {
     .prepare = prepare,
     .sample = sample,
     .hit = hit,
+    .lights = ball_lights,
     .emit_start = emit_start,
     .emit = emit,
     .emit_direction = emit_direction,

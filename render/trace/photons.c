@@ -227,12 +227,21 @@ static void turn_bent(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 w
     split_bent(f, hit, frame, wi, &turn, false);
 }
 
+static bool next_to_lamp(const Flight *f) {
+    return f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
+}
+
 /* One surface. False: the photon's flight is over, and its flux is accounted for. */
 static bool surface(Flight *f, const Hit *hit) {
     FluxAccount *a = &f->batch->account;
     V3 wi = v3_neg(f->ray.dir);
     ShadingFrame frame = frame_from_light(hit, wi);
     unsigned lobes = hit->material->lobes;
+    if (!(lobes & LOBE_TRANSPARENT) && next_to_lamp(f) &&
+        !light_lights(f->run->light, f->ray.dir, hit->position)) {
+        tally(&a->emitted, rgb_scale(f->flux, -1));
+        return false;
+    }
     PathOwner owner = OWNER_CYCLES;
     bool receiver = lobes & LOBE_DIFFUSE;
     if (receiver) owner = receive(f, hit, &frame, wi);

@@ -318,6 +318,19 @@ class Lights(Case):
         light, = [x for x in self.export().doc["lights"] if x["type"] == "spot"]
         self.assertEqual(light.get("falloff"), "none" if NEW else None)
 
+    def test_bodies(self):
+        """Lamps with a radius are disks that face what they light, up to 3.x and with Soft Falloff."""
+        self.new()
+        built.camera()
+        for name, values in (("Soft", {}), ("Hard", {"use_soft_falloff": False}), ("Point", {"shadow_soft_size": 0.0})):
+            lamp = built.lamp(name, "POINT", (0, 0, 5), (0, 0, 0), 3.0, shadow_soft_size=0.5)
+            for key, value in values.items():
+                if hasattr(lamp.data, key):
+                    setattr(lamp.data, key, value)
+        bodies = {x["name"]: x.get("body") for x in self.export().doc["lights"]}
+        always = not hasattr(bpy.types.PointLight.bl_rna.properties.get("use_soft_falloff"), "name")
+        self.assertEqual(bodies, {"Soft": "disk", "Hard": "disk" if always else None, "Point": None})
+
     def test_world(self):
         scene = self.new()
         built.table()

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A layer per light: alone or together, weak or strong, on any number of threads."""
 import copy
+import math
 import os
 import subprocess
 import sys
 
 import numpy as np
 
-from rig import FOLDER, PROGRAM, SOURCE, Check, ball, box, plane, run, scene
+from rig import FOLDER, PROGRAM, SOURCE, Check, ball, box, down_camera, over_seeds, plane, run, scene
 
 PHOTONS = 60000
 
@@ -89,6 +90,38 @@ def threads(check):
 
 # ---- memory ----
 
+def disk_lamp(check):
+    """A lamp that is a disk facing what it lights, over a floor under a sheet that does not bend light: what it lights is
+    the sheet. A ray of the angle a from straight under it, at a distance D, crosses the sheet beside its axis by
+    (D - h) tan a, from where the lamp's half angle is atan(r / d): up to the largest a that it holds for, the floor has
+    I / r^2 sin^2 a. A sphere would give I / D^2."""
+    power, r, height, sheet = 100.0, 0.6, 2.2, 0.5
+    h, intensity = height - sheet, power / (4 * math.pi)
+
+    def meets(a):
+        d2 = ((height - h) * math.tan(a)) ** 2 + h * h
+        return (height * math.sin(a)) ** 2 * (d2 + r * r) <= r * r * d2
+
+    low, high = 0.0, 1.5
+    for _ in range(60):
+        low, high = ((low + high) / 2, high) if meets((low + high) / 2) else (low, (low + high) / 2)
+    truth = intensity / r**2 * math.sin(low) ** 2
+    lamp = {"name": "Lamp", "type": "point", "power_w": power, "radius_m": r, "body": "disk",
+            "look": {"from": [0, 0, height], "to": [0, 0, 0]}}
+    things = [plane("Floor", [4, 4], [0, 0, 0]), plane("Sheet", [1.2, 1.2], [0, 0, sheet], "air")]
+
+    def mean(width, estimator, n, seed):
+        s = scene(down_camera(0, 0, 0.4, width, [8, 8]), things, [lamp])
+        words = ("--estimator", estimator, "--photons", n, "--seed", seed, "--effects", "direct", "--layers", "radiance")
+        return math.pi * run(s, *words)["caustics_Lamp"].mean()
+
+    found = over_seeds(range(1, 5), lambda seed: {"center": mean(0.02, "R", 2e5, seed), **{
+        e: mean(1, e, n, seed) for e, n in (("R", 2e5), ("P", 4e5), ("W", 4e5))}})
+    check.close("disk lamp through a sheet, under it, R", found["center"], truth, 0.001 * truth, 0.005)
+    for e, sharp in (("P", 0.005), ("W", 0.03)):  # W has few places on so wide a lamp
+        check.close(f"disk lamp through a sheet, {e} against R", found[e], found["R"].mean, 0.01 * truth, sharp)
+
+
 def peak_kb(photons):
     """Of a child of its own: its greatest resident set."""
     code = ("import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True); "
@@ -114,6 +147,7 @@ if __name__ == "__main__":
         for which in "PR":
             alone_and_together(found, which)
             twice_as_strong(found, which)
+        disk_lamp(found)
         sum_rule(found)
         threads(found)
     found.end()

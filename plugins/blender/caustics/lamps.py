@@ -124,14 +124,20 @@ def sun(data, made, strength, size, say):
     return {**made, "type": "sun", "strength": strength, "angle_deg": degrees(data.angle)}
 
 
+def body(data):
+    """Up to 3.x, and with Soft Falloff, lamps are disks that face what they light."""
+    radius = float(data.shadow_soft_size)
+    return {"radius_m": radius, **({"body": "disk"} if radius > 0 and getattr(data, "use_soft_falloff", True) else {})}
+
+
 def point(data, made, strength, size, say):
-    return {**made, "type": "point", "power_w": strength, "radius_m": float(data.shadow_soft_size)}
+    return {**made, "type": "point", "power_w": strength, **body(data)}
 
 
 def spot(data, made, strength, size, say):
     if max(size) - min(size) > 1e-4 * max(size):
         say("the scale of its cone is left out; its cone is round")
-    return {**made, "type": "spot", "power_w": strength, "radius_m": float(data.shadow_soft_size),
+    return {**made, "type": "spot", "power_w": strength, **body(data),
             "cone_deg": degrees(data.spot_size), "blend": float(data.spot_blend), **({"falloff": "none"} if NEW else {})}
 
 

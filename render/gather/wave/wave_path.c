@@ -238,6 +238,7 @@ static void surface(Walk *w, Branch *b, const Hit *hit) {
     bool straight = m->lobes & LOBE_TRANSPARENT;
     if (!b->met && !straight) {
         if (hit->object != w->front->object) return;
+        if (!light_lights(w->run->light, b->ray.dir, hit->position)) return;
         b->met = true;
     }
     if (b->met && !w->any) {
