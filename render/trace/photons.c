@@ -86,6 +86,10 @@ static bool wave_goes_on(const Flight *f, const Hit *hit, const ScatterSample *s
            f->chain.glossy + f->chain.transmission <= PHOTONS_WAVE_DEPTH;
 }
 
+static bool next_to_lamp(const Flight *f) {
+    return f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
+}
+
 static void advance(
     Flight *f, const Hit *hit, const ShadingFrame *frame, V3 wi, const ScatterSample *s, bool corrected) {
     unsigned seen_by = f->ray.visibility; /* straight through: still the same ray */
@@ -93,7 +97,7 @@ static void advance(
         seen_by = VISIBLE_DIFFUSE | VISIBLE_GLOSSY | VISIBLE_TRANSMISSION;
         if (!corrected) f->correction *= shading_adjoint(frame, wi, s->wo);
         f->eta *= s->eta;
-        bool is_first = f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
+        bool is_first = next_to_lamp(f);
         chain_add_from_light(&f->chain, s->lobe, s->transmit);
         if (f->waved && !wave_goes_on(f, hit, s)) f->waved = false;
         if (is_first) f->first = f->chain;
@@ -168,8 +172,7 @@ static bool scatter(
 /* Light is scattered by a normal that the eye may see bent; not where no eye path finds the light. */
 static bool may_bend(const Flight *f, const Hit *hit, unsigned lobes) {
     if (!f->run->bent || !f->run->bent->objects[hit->object].bends || !(lobes & LOBE_CASTING)) return false;
-    bool first = f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
-    return !f->unseen && !(first && f->run->light->delta && (lobes & LOBE_SPECULAR));
+    return !f->unseen && !(next_to_lamp(f) && f->run->light->delta && (lobes & LOBE_SPECULAR));
 }
 
 /* What was drawn by the normal as it is belongs to a bent one: bent_turn() or a photon that starts there has
@@ -227,16 +230,13 @@ static void turn_bent(Flight *f, const Hit *hit, const ShadingFrame *frame, V3 w
     split_bent(f, hit, frame, wi, &turn, false);
 }
 
-static bool next_to_lamp(const Flight *f) {
-    return f->chain.diffuse + f->chain.glossy + f->chain.transmission == 0;
-}
-
 /* One surface. False: the photon's flight is over, and its flux is accounted for. */
 static bool surface(Flight *f, const Hit *hit) {
     FluxAccount *a = &f->batch->account;
     V3 wi = v3_neg(f->ray.dir);
     ShadingFrame frame = frame_from_light(hit, wi);
     unsigned lobes = hit->material->lobes;
+    /* What the lamp does not look like from here is none of its light. */
     if (!(lobes & LOBE_TRANSPARENT) && next_to_lamp(f) &&
         !light_lights(f->run->light, f->ray.dir, hit->position)) {
         tally(&a->emitted, rgb_scale(f->flux, -1));

@@ -328,7 +328,7 @@ class Lights(Case):
                 if hasattr(lamp.data, key):
                     setattr(lamp.data, key, value)
         bodies = {x["name"]: x.get("body") for x in self.export().doc["lights"]}
-        always = not hasattr(bpy.types.PointLight.bl_rna.properties.get("use_soft_falloff"), "name")
+        always = "use_soft_falloff" not in bpy.types.PointLight.bl_rna.properties
         self.assertEqual(bodies, {"Soft": "disk", "Hard": "disk" if always else None, "Point": None})
 
     def test_world(self):
