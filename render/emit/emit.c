@@ -89,9 +89,20 @@ static const Aim *choose_aim(const AimMix *mix, double *u, const Aim **other, do
 
 /* ---- finite lights ---- */
 
+/* Light may start within the lamp's body, and the body reaches into something that matters. */
+static bool body_touches(const EmitStart *start, const Aim *aim) {
+    double r = start->body_radius;
+    V3 middle = v3_mad(start->position, -r, start->normal);
+    for (size_t k = 0; r > 0 && k < aim->count; k++) {
+        V3 oc = v3_sub(aim->balls[k].center, middle);
+        if (v3_dot(oc, oc) <= square(aim->balls[k].radius + r)) return true;
+    }
+    return false;
+}
+
 /* The density of one aim in a direction; a lamp inside something that matters sends everything. */
 static double finite_pdf(const Light *light, const EmitStart *start, const Aim *aim, V3 dir) {
-    double pdf = aim_direction_pdf(aim, start->position, dir);
+    double pdf = body_touches(start, aim) ? -1 : aim_direction_pdf(aim, start->position, dir);
     return pdf < 0 ? light->kind->emit_direction_pdf(light, start, dir) : pdf;
 }
 
@@ -101,13 +112,13 @@ static bool emit_finite(const Light *light, const AimMix *mix, double u[4], Phot
     const Aim *other;
     double share, pdf;
     const Aim *aim = choose_aim(mix, &u[2], &other, &share);
-    if (!aim_direction(aim, start.position, u[2], u[3], &out->dir, &pdf)) {
+    if (body_touches(&start, aim) || !aim_direction(aim, start.position, u[2], u[3], &out->dir, &pdf)) {
         pdf = light->kind->emit_direction(light, &start, u[2], u[3], &out->dir);
         if (!(pdf > 0)) return false;
     }
     pdf *= share;
     if (other) pdf += (1 - share) * finite_pdf(light, &start, other, out->dir);
-    out->origin = start.position;
+    out->origin = emit_origin(&start, out->dir);
     out->flux = rgb_scale(light->kind->emit(light, &start, out->dir), 1 / (start.pdf * pdf));
     return !rgb_black(out->flux);
 }

@@ -50,10 +50,22 @@ bool ball_hit(const Light *l, V3 p, V3 dir, LightSample *out) {
     return true;
 }
 
-bool ball_lights(const Light *l, V3 dir, V3 place) {
-    if (!(l->derived[BALL_DISK] > 0.0) || l->delta) return true;
-    V3 to = v3_sub(l->position, place), miss = v3_mad(to, -v3_dot(to, dir), dir);
-    return v3_dot(miss, miss) <= reach2(l, v3_length(to));
+/* The disk that a place sees stands across the way to the lamp's middle: where it meets the line. */
+double ball_starts(const Light *l, V3 dir, V3 place) {
+    if (!(l->derived[BALL_DISK] > 0.0) || l->delta) return 0.0;
+    V3 to = v3_sub(place, l->position);
+    double d = v3_length(to), along = v3_dot(to, dir);
+    V3 miss = v3_mad(to, -along, dir);
+    if (!(along > 0.0)) return -1.0;
+    return v3_dot(miss, miss) <= reach2(l, d) ? d * d / along : INFINITY;
+}
+
+void ball_start(const Light *l, V3 normal, double pdf, EmitStart *out) {
+    double r = l->derived[BALL_RADIUS];
+    *out = (EmitStart){.position = v3_mad(l->position, r, normal),
+        .normal = normal,
+        .pdf = pdf,
+        .body_radius = l->derived[BALL_DISK] > 0.0 ? r : 0.0};
 }
 
 static bool point_sample(const Light *l, V3 p, LightSample *out) {

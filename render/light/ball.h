@@ -33,8 +33,12 @@ cau_result ball_prepare(double power_w, double radius_m, double body, double flu
 bool ball_sample(const Light *l, V3 p, double u, double v, LightSample *out);
 bool ball_hit(const Light *l, V3 p, V3 dir, LightSample *out);
 
-/** As LightKind.lights. */
-bool ball_lights(const Light *l, V3 dir, V3 place);
+/** As LightKind.starts. */
+double ball_starts(const Light *l, V3 dir, V3 place);
+
+/** The start of a photon at the body's surface, in the direction of a unit normal, drawn with `pdf` per area.
+ */
+void ball_start(const Light *l, V3 normal, double pdf, EmitStart *out);
 
 /** As LightKind.emit. */
 Rgb ball_emit(const Light *l, const EmitStart *start, V3 dir);

@@ -55,7 +55,23 @@ typedef struct EmitStart {
     V3 normal;   /**< finite lights: emitter's normal there, or 0 for delta points */
     V3 dir;      /**< infinite lights: direction of travel */
     double pdf;  /**< per area (finite with extent), per steradian (infinite with extent), 1 for delta */
+    /** 0, or the radius (scene units) of a ball that touches `position` from within, normal outward: light on
+     *  a line through it may start anywhere between the ball's two sides. See LightKind.starts. */
+    double body_radius;
 } EmitStart;
+
+/** Where light on a line through `start` begins at the earliest. */
+static inline V3 emit_origin(const EmitStart *start, V3 dir) {
+    double chord = 2.0 * start->body_radius * fmax(0.0, v3_dot(start->normal, dir));
+    return v3_mad(start->position, -chord, dir);
+}
+
+/** What a lamp's light has met on its way to the first surface that it lights, in LightKind.starts' terms. */
+typedef enum LightFirst {
+    LIGHT_LIT,    /**< this is the surface */
+    LIGHT_BEFORE, /**< the light for what comes after starts beyond it, perhaps: go on from there */
+    LIGHT_UNLIT   /**< nothing on this line is lit */
+} LightFirst;
 
 typedef struct LightKind {
     const char *name, *help;
@@ -71,9 +87,10 @@ typedef struct LightKind {
      *  sample(), pdf being the density with which sample() would have drawn dir. NULL for delta-only kinds.
      */
     bool (*hit)(const Light *l, V3 p, V3 dir, LightSample *out);
-    /** Finite, may be NULL: whether light on its way in a direction lights the first surface that it meets,
-     *  at a place: a lamp may look smaller from nearby than the shape that it shines from. */
-    bool (*lights)(const Light *l, V3 dir, V3 place);
+    /** Finite, may be NULL (all light starts at EmitStart.position): how far back from a place the light that
+     *  meets it in a direction of travel starts. INFINITY: nothing on this line lights the place nor what
+     * lies beyond it; negative: the place lies before where light on this line may start. */
+    double (*starts)(const Light *l, V3 dir, V3 place);
     /** Draws the start of a photon. */
     void (*emit_start)(const Light *l, double u, double v, EmitStart *out);
     /** Finite: radiant intensity per emitting area (radiance times cosine), or intensity for delta points,
@@ -84,8 +101,16 @@ typedef struct LightKind {
     double (*emit_direction_pdf)(const Light *l, const EmitStart *start, V3 dir);
 } LightKind;
 
-static inline bool light_lights(const Light *l, V3 dir, V3 place) {
-    return !l->kind->lights || l->kind->lights(l, dir, place);
+/** Asked of every surface on a line from emit_origin() until one is lit. `passed`: how far along `dir` the
+ * last one lies that was BEFORE; -INFINITY at first. */
+static inline LightFirst light_first(const Light *l, V3 dir, V3 place, double *passed) {
+    if (!l->kind->starts) return LIGHT_LIT;
+    double along = v3_dot(place, dir), back = l->kind->starts(l, dir, place);
+    if (back < 0.0) {
+        *passed = along;
+        return LIGHT_BEFORE;
+    }
+    return along - back > *passed ? LIGHT_LIT : LIGHT_UNLIT;
 }
 
 const LightKind *light_find(const char *name);

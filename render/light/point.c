@@ -22,11 +22,8 @@ static cau_result prepare(const LightSource *source, const Affine *to_scene, dou
 
 static void emit_start(const Light *l, double u, double v, EmitStart *out) {
     *out = (EmitStart){.position = l->position, .pdf = 1.0};
-    if (l->delta) return;
-    double r = l->derived[BALL_RADIUS];
-    out->normal = sample_sphere(u, v);
-    out->position = v3_mad(l->position, r, out->normal);
-    out->pdf = 1.0 / (4.0 * CAU_PI * r * r);
+    if (!l->delta)
+        ball_start(l, sample_sphere(u, v), 1.0 / (4.0 * CAU_PI * square(l->derived[BALL_RADIUS])), out);
 }
 
 static double emit_direction_pdf(const Light *l, const EmitStart *start, V3 dir) {
@@ -47,7 +44,7 @@ const LightKind light_point = {
     .prepare = prepare,
     .sample = ball_sample,
     .hit = ball_hit,
-    .lights = ball_lights,
+    .starts = ball_starts,
     .emit_start = emit_start,
     .emit = ball_emit,
     .emit_direction = emit_direction,

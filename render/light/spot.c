@@ -80,10 +80,8 @@ static bool hit(const Light *l, V3 p, V3 dir, LightSample *out) {
 static void emit_start(const Light *l, double u, double v, EmitStart *out) {
     *out = (EmitStart){.position = l->position, .pdf = 1.0};
     if (l->delta) return;
-    double r = l->derived[BALL_RADIUS];
-    out->normal = about_axis(sample_cone(l->derived[SPOT_CAP], u, v), l->n);
-    out->position = v3_mad(l->position, r, out->normal);
-    out->pdf = 1.0 / (2.0 * CAU_PI * l->derived[SPOT_CAP] * r * r);
+    double cap = 2.0 * CAU_PI * l->derived[SPOT_CAP] * square(l->derived[BALL_RADIUS]);
+    ball_start(l, about_axis(sample_cone(l->derived[SPOT_CAP], u, v), l->n), 1.0 / cap, out);
 }
 
 static Rgb emit(const Light *l, const EmitStart *start, V3 dir) {
@@ -109,7 +107,7 @@ const LightKind light_spot = {
     .prepare = prepare,
     .sample = sample,
     .hit = hit,
-    .lights = ball_lights,
+    .starts = ball_starts,
     .emit_start = emit_start,
     .emit = emit,
     .emit_direction = emit_direction,

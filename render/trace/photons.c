@@ -19,6 +19,7 @@ typedef struct Flight {
     double emitted;        /* largest channel when it left the lamp */
     double correction;     /* adjoint of the shading normals so far */
     bool unseen;           /* left a lamp without extent by S: no eye path, and not bent.h, can find it */
+    double passed;         /* light_first()'s */
     double eta;            /* product of n(after) / n(before) along the path */
     Chain chain, first;    /* all scatterings; the one next to the light */
     unsigned left_visible; /* which rays see the surface left last */
@@ -236,11 +237,13 @@ static bool surface(Flight *f, const Hit *hit) {
     V3 wi = v3_neg(f->ray.dir);
     ShadingFrame frame = frame_from_light(hit, wi);
     unsigned lobes = hit->material->lobes;
-    /* What the lamp does not look like from here is none of its light. */
-    if (!(lobes & LOBE_TRANSPARENT) && next_to_lamp(f) &&
-        !light_lights(f->run->light, f->ray.dir, hit->position)) {
-        tally(&a->emitted, rgb_scale(f->flux, -1));
-        return false;
+    if (!(lobes & LOBE_TRANSPARENT) && next_to_lamp(f)) {
+        LightFirst first = light_first(f->run->light, f->ray.dir, hit->position, &f->passed);
+        if (first == LIGHT_BEFORE)
+            f->ray = ray_from_hit(hit, f->ray.dir, INFINITY, f->ray.visibility);
+        else if (first == LIGHT_UNLIT) /* none of the lamp's light */
+            tally(&a->emitted, rgb_scale(f->flux, -1));
+        if (first != LIGHT_LIT) return first == LIGHT_BEFORE;
     }
     PathOwner owner = OWNER_CYCLES;
     bool receiver = lobes & LOBE_DIFFUSE;
@@ -296,6 +299,7 @@ static void lamp_photon(const PhotonRun *run, PhotonBatch *b, uint32_t i) {
         .numbers = path_numbers(run->key, i),
         .flux = p.flux,
         .emitted = rgb_max(p.flux),
+        .passed = -INFINITY,
         .correction = 1,
         .eta = 1,
         .waved = run->waved != NULL,

@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 
-from rig import FOLDER, PROGRAM, SOURCE, Check, ball, box, down_camera, over_seeds, plane, run, scene
+from rig import FOLDER, PROGRAM, SOURCE, Check, ball, box, down_camera, look_camera, over_seeds, plane, run, scene
 
 PHOTONS = 60000
 
@@ -122,6 +122,24 @@ def disk_lamp(check):
         check.close(f"disk lamp through a sheet, {e} against R", found[e], found["R"].mean, 0.01 * truth, sharp)
 
 
+def disk_lamp_in_the_way(check):
+    """Whose sphere reaches into a ball that does not bend light, with a black wall within it: light starts at the disk that
+    a place sees, so the ball's top is lit from within the sphere, and the wall hides a part of it."""
+    lamp = {"name": "Lamp", "type": "point", "power_w": 100.0, "radius_m": 0.6, "body": "disk",
+            "look": {"from": [0, 0, 1.35], "to": [0, 0, 0]}}
+    things = [plane("Floor", [4, 4], [0, 0, 0]), ball("Ball", 0.4, [0, 0, 0.5], "air"),
+              box("Wall", [0.02, 0.8, 0.4], [-0.12, 0, 1.2], "black")]
+    s = scene(look_camera([4, 0, 4], [0.6, 0, 0], 3, [48, 48]), things, [lamp])
+
+    def mean(estimator, n, seed):
+        words = ("--estimator", estimator, "--photons", n, "--seed", seed, "--effects", "direct", "--layers", "radiance")
+        return run(s, *words)["caustics_Lamp"].mean()
+
+    found = over_seeds(range(1, 5), lambda seed: {e: mean(e, n, seed) for e, n in (("R", 1e6), ("P", 4e5), ("W", 1e6))})
+    for e in "PW":
+        check.close(f"disk lamp that reaches into a ball, {e} against R", found[e], found["R"].mean, 0.01 * found["R"].mean, 0.01)
+
+
 def peak_kb(photons):
     """Of a child of its own: its greatest resident set."""
     code = ("import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True); "
@@ -148,6 +166,7 @@ if __name__ == "__main__":
             alone_and_together(found, which)
             twice_as_strong(found, which)
         disk_lamp(found)
+        disk_lamp_in_the_way(found)
         sum_rule(found)
         threads(found)
     found.end()

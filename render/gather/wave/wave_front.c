@@ -76,6 +76,14 @@ static int infinite_front(const WaveRun *run, const EmitStart *start, const Obje
 
 /* ---- finite lights: a plane at distance 1 ---- */
 
+/* The lamp's body, within which light may start, reaches into the caster's box. */
+static bool body_touches(const EmitStart *start, const Object *o) {
+    double r = start->body_radius;
+    V3 middle = v3_mad(start->position, -r, start->normal);
+    V3 off = v3_sub(middle, v3_max(o->bounds_min, v3_min(middle, o->bounds_max)));
+    return r > 0 && v3_dot(off, off) <= square(r);
+}
+
 /* One rectangle around the whole caster; false when it spreads too wide. */
 static bool flat_front(const Object *o, WaveFront *f) {
     V3 from = f->start.position;
@@ -127,7 +135,7 @@ int wave_fronts(const WaveRun *run, const EmitStart *start, int object, WaveFron
     out[0] = (WaveFront){
         .light = run->light, .start = *start, .object = object, .share = 1 / (start->pdf * run->places)};
     if (run->light->infinite) return infinite_front(run, start, o, &out[0]);
-    if (flat_front(o, &out[0])) return 1;
+    if (!body_touches(start, o) && flat_front(o, &out[0])) return 1;
     return cube_fronts(run, out);
 }
 
@@ -144,5 +152,5 @@ Ray wave_front_ray(const WaveFront *f, double u, double v, Rgb *weight) {
     dir = v3_scale(dir, cosine);
     /* Solid angle per area of the plane at distance 1 is the cosine's cube. */
     *weight = rgb_scale(kind->emit(f->light, &f->start, dir), f->share * cosine * cosine * cosine);
-    return ray_from_point(f->start.position, dir, 0, INFINITY, VISIBLE_SHADOW);
+    return ray_from_point(emit_origin(&f->start, dir), dir, 0, INFINITY, VISIBLE_SHADOW);
 }

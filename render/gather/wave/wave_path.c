@@ -42,7 +42,8 @@ typedef struct Walk {
     double u, v, area, start; /* start: largest channel of the light's weight */
     Branch stack[STACK];
     int count;
-    bool any; /* the caster was met */
+    double passed; /* light_first()'s */
+    bool any;      /* the caster was met */
 } Walk;
 
 static void tally(Walk *w, size_t offset, Rgb flux) {
@@ -237,8 +238,12 @@ static void surface(Walk *w, Branch *b, const Hit *hit) {
     const Material *m = hit->material;
     bool straight = m->lobes & LOBE_TRANSPARENT;
     if (!b->met && !straight) {
-        if (hit->object != w->front->object) return;
-        if (!light_lights(w->run->light, b->ray.dir, hit->position)) return;
+        LightFirst first = light_first(w->run->light, b->ray.dir, hit->position, &w->passed);
+        if (first == LIGHT_BEFORE) {
+            w->stack[w->count] = *b;
+            w->stack[w->count++].ray = ray_from_hit(hit, b->ray.dir, INFINITY, b->ray.visibility);
+        }
+        if (first != LIGHT_LIT || hit->object != w->front->object) return;
         b->met = true;
     }
     if (b->met && !w->any) {
@@ -263,8 +268,14 @@ static void surface(Walk *w, Branch *b, const Hit *hit) {
 
 WaveCorner wave_corner(const WaveRun *run, const WaveFront *front, double u, double v, double area,
     WaveLandings *landings, FluxAccount *account) {
-    Walk w = {
-        .run = run, .front = front, .landings = landings, .account = account, .u = u, .v = v, .area = area};
+    Walk w = {.run = run,
+        .front = front,
+        .landings = landings,
+        .account = account,
+        .u = u,
+        .v = v,
+        .area = area,
+        .passed = -INFINITY};
     WaveCorner corner = {u, v, (uint32_t)landings->count, 0, rgb_grey(0)};
     Rgb weight;
     Ray ray = wave_front_ray(front, u, v, &weight);
