@@ -10,8 +10,11 @@
 #define RADIUS_INDIRECT 8.0
 /* Where estimator W draws the layer, and photons only what is left. */
 #define RADIUS_BESIDE_WAVE 1.0
-/* Trials of kernels on the first pass's photons. */
+/* Trials of kernels on the first pass's photons: these, and more while kernels of this share of the light
+ * are far too wide (a ball's caustic in 64x36 pixels: a thirtieth of the first radius). */
 #define TRIALS 3
+#define TRIALS_MAX 6
+#define FALLING_LEAST 0.05
 /* Kernels may cost as much as the rays of their photons: deposits met per ray, and at least per eye point. */
 #define DEPOSITS_PER_RAY 40.0
 #define DEPOSITS_MIN 96.0
@@ -50,15 +53,16 @@ static cau_result gather_half(
     return CAU_OK;
 }
 
-static cau_result trial(PassState *s, RenderGroup *group, int kind, const GatherRun *gather, CauError *err) {
+static cau_result trial(PassState *s, RenderGroup *group, int kind, const GatherRun *gather, bool settle,
+    double *falling, CauError *err) {
     Film film, bias = {0};
-    double most = most_deposits(s, group, kind) / 2, shrink = gather->radius_pixels;
+    BandwidthTrial how = {gather->radius_pixels, most_deposits(s, group, kind) / 2, settle};
     CAU_TRY(film_create(&film, picture_values(s->r) / 3, 3, err));
     cau_result result = film_create(&bias, picture_values(s->r) / 3, 3, err);
     if (result == CAU_OK) result = gather_supports(gather, s->r->pool, &s->supports, err);
     for (int k = 0; result == CAU_OK && k < 2; k++) result = gather_half(s, k, &film, &bias, gather, err);
     if (result == CAU_OK)
-        result = bandwidth_learn(&group->kernels[kind], &film, &bias, s->kernels.cost, shrink, most, err);
+        result = bandwidth_learn(&group->kernels[kind], &film, &bias, s->kernels.cost, &how, falling, err);
     film_free(&film);
     film_free(&bias);
     return result;
@@ -67,7 +71,9 @@ static cau_result trial(PassState *s, RenderGroup *group, int kind, const Gather
 cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *gather, CauError *err) {
     GatherRun run = *gather;
     run.points = &s->trial_points;
-    for (int i = 0; i < TRIALS; i++) CAU_TRY(trial(s, group, kind, &run, err));
+    double falling = 1;
+    for (int i = 0; i < TRIALS || (i < TRIALS_MAX && falling > FALLING_LEAST); i++)
+        CAU_TRY(trial(s, group, kind, &run, i >= TRIALS, &falling, err));
     group->kernels[kind].tried = true;
     CAU_TRY(photon_tree_build(&s->tree, s->deposits.items, s->deposits.count, err));
     CAU_TRY(look_closer(s, group, kind, gather, err));

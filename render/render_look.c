@@ -14,7 +14,7 @@
 /* Radius in footprints from which on one eye path to a pixel will do: as many more as the kernel's area is
  * less. */
 #define RADIUS_ONE_PATH 2.5
-enum { NARROW_PATHS_MAX = 16, LOOKS_MAX = UINT8_MAX };
+enum { NARROW_PATHS_MAX = 64, LOOKS_MAX = UINT8_MAX };
 /* Of the trial: eye paths of a pixel that shows glass or a mirror; as many in all as the pass has photons,
  * but one path alone cannot differ. */
 enum { TRIAL_PATHS_MIN = 2, TRIAL_PATHS_MAX = 16 };

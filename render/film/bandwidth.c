@@ -19,12 +19,15 @@
 #define RADIUS_MAX 24.0
 /* See keep_apart(). */
 #define LEVEL_STEP 1.4
-#define LEVEL_SLOPE 0.5
-/* Least learned radius in footprints: what is finer lies within the pixel. It shrinks with the photons as
- * any. */
-#define RADIUS_LEAST 0.5
+/* Steep, or light at the foot of a slope is met by too few: a mirror tube lost .7 % of its flux by .5. */
+#define LEVEL_SLOPE 0.8
+/* Least learned radius in footprints: what is finer lies well within the pixel. It shrinks with the photons
+ * as any. */
+#define RADIUS_LEAST 0.15
 #define CHANGE_MIN 0.5
 #define CHANGE_MAX 1.6
+/* A radius that is wanted less than this part of the old one is still falling. */
+#define FALLING 0.7
 
 cau_result bandwidth_create(Bandwidth *out, int width, int height, double radius, bool waves, CauError *err) {
     size_t pixels = (size_t)width * (size_t)height;
@@ -113,8 +116,10 @@ static double balance(double old, double noise, double bias, double chance) {
     return old * pow(noise / (6 * fmax(bias - chance * noise, BIAS_LEAST * noise)), 1.0 / 6);
 }
 
-/* For every pixel. What kernels may cost asks for none narrower than RADIUS_NARROW. */
-static void choose(Bandwidth *b, const Sums *s, const double *cost, double shrink, double most) {
+/* For every pixel. What kernels may cost asks for none narrower than RADIUS_NARROW. Returns the share of the
+ * light whose kernels are still falling. */
+static double choose(Bandwidth *b, const Sums *s, const double *cost, const BandwidthTrial *t) {
+    double shrink = t->shrink, falling = 0, all = s->light[sums_place(s, s->width, s->height)];
     for (int y = 0; y < b->height; y++)
         for (int x = 0; x < b->width; x++) {
             size_t i = (size_t)y * (size_t)b->width + (size_t)x;
@@ -123,10 +128,13 @@ static void choose(Bandwidth *b, const Sums *s, const double *cost, double shrin
             double noise = window_sum(s, s->noise, x, y, half), bias = window_sum(s, s->bias, x, y, half);
             double r = balance(old, noise, bias, BIAS_CHANCE), narrow = RADIUS_NARROW * shrink;
             if (r < narrow) r = fmin(narrow, balance(old, noise, bias, BIAS_CHANCE_NARROW));
-            if (cost[i] > 0) r = fmin(r, fmax(old * sqrt(most / cost[i]), narrow));
+            if (cost[i] > 0) r = fmin(r, fmax(old * sqrt(t->most / cost[i]), narrow));
+            if (r < FALLING * old) falling += window_sum(s, s->light, x, y, 0);
             r = fmin(clamp(r, CHANGE_MIN * old, CHANGE_MAX * old), RADIUS_MAX);
+            if (t->settle) r = sqrt(r * old);
             b->radius[i] = (float)fmax(r / shrink, RADIUS_LEAST);
         }
+    return all > 0 ? falling / all : 0;
 }
 
 /* Windows with less than this part of the light are rounding. */
@@ -228,7 +236,7 @@ static cau_result keep_apart(Bandwidth *b, double shrink, CauError *err) {
 }
 
 cau_result bandwidth_learn(Bandwidth *b, const Film *film, const Film *bias, const double *cost,
-    double shrink, double most, CauError *err) {
+    const BandwidthTrial *trial, double *falling, CauError *err) {
     Sums s;
     cau_result result = sums_create(&s, b, err);
     for (int y = 0; result == CAU_OK && y < b->height; y++)
@@ -242,9 +250,9 @@ cau_result bandwidth_learn(Bandwidth *b, const Film *film, const Film *bias, con
         sum_up(&s, s.noise);
         sum_up(&s, s.bias);
         sum_up(&s, s.light);
-        choose(b, &s, cost, shrink, most);
-        share_radii(b, &s, shrink);
-        result = keep_apart(b, shrink, err);
+        *falling = choose(b, &s, cost, trial);
+        share_radii(b, &s, trial->shrink);
+        result = keep_apart(b, trial->shrink, err);
     }
     sums_free(&s);
     return result;

@@ -31,11 +31,17 @@ void bandwidth_restart(Bandwidth *b, double radius);
 void bandwidth_free(Bandwidth *b);
 double bandwidth_mean_radius(const Bandwidth *b);
 
-/** New radii from replicas that were gathered with radii `radius` times `shrink`: `film` of the light, `bias`
- * of KernelImages.bias, `cost` the last one's. Kernels are to cost no more than `most`, as KernelImages count
- * it. */
+/** How replicas were gathered that radii are learned from. */
+typedef struct BandwidthTrial {
+    double shrink; /**< by radii `radius` times this */
+    double most;   /**< what kernels may cost, as KernelImages count it */
+    bool settle;   /**< go half of the way only: radii near where they belong jump about it by chance */
+} BandwidthTrial;
+
+/** New radii from replicas: `film` of the light, `bias` of KernelImages.bias, `cost` the last one's.
+ * `falling` becomes the share of the light whose kernels are far too wide still. */
 cau_result bandwidth_learn(Bandwidth *b, const Film *film, const Film *bias, const double *cost,
-    double shrink, double most, CauError *err);
+    const BandwidthTrial *trial, double *falling, CauError *err);
 
 /** Squared bias of the mean over the passes at a pixel, mean of the channels, from their estimates of it:
  * without bias its expectation is 0, so it may be negative. 0 with fewer than 2 passes. */

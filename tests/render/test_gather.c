@@ -298,6 +298,8 @@ static void learned_radius_balances_noise_and_bias(void **state) {
     CauError err = {0};
     Bandwidth b;
     Film film, *bias_film = &b.bias;
+    BandwidthTrial trial = {1, 100, false};
+    double falling;
     assert_int_equal(bandwidth_create(&b, W, H, radius, false, &err), CAU_OK);
     assert_int_equal(film_create(&film, (size_t)W * H, 3, &err), CAU_OK);
     double *pass = calloc(3 * W * H, sizeof *pass), *said = calloc(3 * W * H, sizeof *said),
@@ -320,7 +322,7 @@ static void learned_radius_balances_noise_and_bias(void **state) {
     assert_true(fabs(right) < 0.1 * bias * bias);
     assert_true(fabs(sqrt(bandwidth_mean_bias2(&b)) / (bias / sqrt(2)) - 1) < 0.1);
     assert_true(fabs(bandwidth_bias(&b, (size_t)W * H / 2 + 8) / bias - 1) < 0.5);
-    assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, 1, 100, &err), CAU_OK);
+    assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, &trial, &falling, &err), CAU_OK);
     /* r^6 = A / (6 n B^2): here noise^2 / n = 0.0156 beside bias^2 = 0.04. */
     double best = radius * pow(noise * noise / PASSES / (6 * bias * bias), 1.0 / 6);
     for (int y = 4; y < H - 4; y += 6) {
@@ -331,12 +333,22 @@ static void learned_radius_balances_noise_and_bias(void **state) {
     }
     for (int i = 0; i < W * H; i++) cost[i] = 400; /* four times what is allowed: half the radius at most */
     float before = b.radius[W - 10];
-    assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, 1, 100, &err), CAU_OK);
+    assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, &trial, &falling, &err), CAU_OK);
     assert_true((double)b.radius[W - 10] <= 0.501 * (double)before);
     /* Cost alone makes no kernel narrower than 2 footprints; strong bias does. */
     for (int k = 0; k < 8; k++)
-        assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, 1, 100, &err), CAU_OK);
+        assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, &trial, &falling, &err), CAU_OK);
     assert_true(fabs((double)b.radius[W - 10] - 2) < 1e-6 && (double)b.radius[10] < 1);
+    /* What still wants to fall is told; to settle is to go half of the way. */
+    bandwidth_restart(&b, 4);
+    memset(cost, 0, W * H * sizeof *cost);
+    assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, &trial, &falling, &err), CAU_OK);
+    double whole = (double)b.radius[W * H / 2 + 10];
+    bandwidth_restart(&b, 4);
+    trial.settle = true;
+    assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, &trial, &falling, &err), CAU_OK);
+    assert_true(fabs((double)b.radius[W * H / 2 + 10] / sqrt(4 * whole) - 1) < 0.02);
+    assert_true(falling > 0.3 && falling < 0.5); /* of the half that has bias */
     bandwidth_free(&b);
     film_free(&film);
     free(pass);
