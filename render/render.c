@@ -58,6 +58,18 @@ static cau_result set_region(cau_render *r, CauError *err) {
     return CAU_OK;
 }
 
+static void group_free(RenderGroup *g) {
+    film_free(&g->films[0]);
+    film_free(&g->films[1]);
+    bandwidth_free(&g->kernels[0]);
+    bandwidth_free(&g->kernels[1]);
+    free(g->looks);
+    g->looks = NULL;
+    film_free(g->seen);
+    film_free(g->irradiance);
+    film_free(g->coverage);
+}
+
 static cau_result make_groups(cau_render *r, CauError *err) {
     size_t n = r->scene.light_count;
     r->groups = array_new(n, sizeof *r->groups);
@@ -239,17 +251,6 @@ cau_result cau_render_create(cau_scene *scene, const cau_render_options *options
     return result;
 }
 
-static void group_free(RenderGroup *g) {
-    film_free(&g->films[0]);
-    film_free(&g->films[1]);
-    bandwidth_free(&g->kernels[0]);
-    bandwidth_free(&g->kernels[1]);
-    free(g->looks);
-    film_free(g->seen);
-    film_free(g->irradiance);
-    film_free(g->coverage);
-}
-
 void cau_render_destroy(cau_render **render) {
     cau_render *r = *render;
     if (!r) return;
@@ -337,14 +338,22 @@ static cau_result make_view(cau_render *r, CauError *err) {
     return wave_view_create(&r->view, &run, r->pool, err);
 }
 
+cau_result render_equip(cau_render *r, CauError *err) {
+    for (size_t g = 0; g < r->group_count; g++) group_free(&r->groups[g]);
+    film_free(&r->beauty);
+    wave_view_free(&r->view);
+    CAU_TRY(make_films(r, err));
+    CAU_TRY(make_view(r, err));
+    set_budget(r);
+    CAU_TRY(set_share(r, err));
+    return make_halves(r, err);
+}
+
 cau_result cau_render_plan(cau_render *r) {
     if (r->planned) return CAU_OK;
     CAU_TRY(render_probe(r, &r->error));
-    CAU_TRY(make_films(r, &r->error));
-    CAU_TRY(make_view(r, &r->error));
-    set_budget(r);
-    CAU_TRY(set_share(r, &r->error));
-    CAU_TRY(make_halves(r, &r->error));
+    race_begin(r);
+    CAU_TRY(render_equip(r, &r->error));
     r->planned = true;
     return CAU_OK;
 }

@@ -20,6 +20,19 @@
 /** Photons that start at bent normals per photon of a lamp. */
 #define RENDER_BENT_SHARE 0.25
 
+/** Which estimator is the quicker one, by what rounds tell: render_race.c. All of it is part of a render's
+ * state. */
+typedef struct RaceTry {
+    double switched;   /**< 1: its lights have the estimator that the plan did not choose */
+    double cost_mrays; /**< of the plan's choice in the first round, millions of rays */
+    double error;      /**< that this reached; 0: not known */
+} RaceTry;
+typedef struct Race {
+    double stage; /**< 0: the plan's choice; 1: the other estimator is tried; 2: decided */
+    double scale; /**< of the passes that the plan's choice was to have next */
+    double error; /**< of all layers that it had reached */
+} Race;
+
 /** One layer group: the lights that share a layer name. */
 typedef struct RenderGroup {
     const char *name;
@@ -32,6 +45,7 @@ typedef struct RenderGroup {
     FluxAccount accounts[2],
         bent[2];              /**< sums over passes, see photons.h; photons of lamps, of bent normals */
     FluxAccount wave_account; /**< of estimator W */
+    RaceTry race;
 } RenderGroup;
 
 /** Every film of a group; those that it does not have are empty. A further film is a further line. */
@@ -40,6 +54,12 @@ static inline void group_films(RenderGroup *g, Film *out[GROUP_FILMS]) {
     Film *const all[GROUP_FILMS] = {&g->films[0], &g->films[1], g->seen, g->irradiance, g->coverage,
         &g->kernels[0].bias, &g->kernels[1].bias, &g->kernels[0].waves};
     memcpy(out, all, sizeof all);
+}
+
+static inline void group_accounts_clear(RenderGroup *g) {
+    memset(g->accounts, 0, sizeof g->accounts);
+    memset(g->bent, 0, sizeof g->bent);
+    memset(&g->wave_account, 0, sizeof g->wave_account);
 }
 
 struct cau_render {
@@ -70,6 +90,7 @@ struct cau_render {
     uint32_t photons_per_pass;
     uint32_t photons_held;          /**< of a pass, at most: what they leave is held in memory */
     uint32_t pass_least, pass_most; /**< photons of a pass in a render that is limited by error or time */
+    Race race;
     double pass_scale; /**< its passes have so many times as many as pass_least; 0: not known yet, or no such
                           render */
     uint64_t passes;   /**< that the films hold; of a stopped render some films may hold one more */
@@ -96,6 +117,15 @@ bool render_waves_alone(const cau_render *r);
 
 /** Sends the probes and makes r->plan. */
 cau_result render_probe(cau_render *r, CauError *err);
+
+/** Makes what the plan's estimators work with; films are empty afterwards. Again after a switch. */
+cau_result render_equip(cau_render *r, CauError *err);
+
+/** Before it is equipped: a render that has rounds begins with photons where wavefronts are dear. */
+void race_begin(cau_render *r);
+
+/** The groups' lights as r->groups[].race says, all of which have the plan's estimators so far. */
+cau_result race_resume(cau_render *r, CauError *err);
 
 /** Between two passes: lets a thread that waits in cau_render_save() write the state. */
 void render_pause(cau_render *r);
@@ -132,6 +162,9 @@ double look_pass_most(const cau_render *r, double most);
 
 /** Seconds of a steady clock. */
 double render_clock_s(void);
+
+/** Error of a group's layer so far, noise and bias, relative to its RMS; negative: not known. */
+double render_layer_error(const RenderGroup *group, int kind);
 
 /** Error of the sum of all layers so far: RMS of its standard error over its RMS; negative: not known. */
 double render_total_error(const cau_render *r);

@@ -71,9 +71,7 @@ static void start_over(PassState *s, double growth, double error) {
         for (size_t f = 0; f < GROUP_FILMS; f++) film_restart(films[f]);
         for (int kind = 0; kind < 2; kind++)
             if (kind ? group->indirect : group->direct) kernels_restart(r, g, kind);
-        memset(group->accounts, 0, sizeof group->accounts);
-        memset(group->bent, 0, sizeof group->bent);
-        memset(&group->wave_account, 0, sizeof group->wave_account);
+        group_accounts_clear(group);
         free(group->looks);
         group->looks = NULL;
     }
@@ -96,10 +94,11 @@ static bool larger_paid(const PassState *s, double error) {
 }
 
 /* How many times as large the passes of another round should be; 0: this one goes on. */
-static double growth_wanted(const PassState *s, double now_s, double error) {
+static double growth_wanted(const PassState *s, double now_s, double error, double *times) {
     const cau_render *r = s->r;
     bool waves = render_waves_alone(r);
     double passes = (double)r->passes, growth = ROUND_GROWTH_MAX, needed = INFINITY;
+    *times = 1;
     if (!has_rounds(r) || r->photons_per_pass >= r->pass_most || !larger_paid(s, error)) return 0;
     if (r->options.error > 0 && error > 0) {
         double exponent = waves ? ROUND_EXPONENT_WAVES : ROUND_EXPONENT_PHOTONS;
@@ -111,6 +110,7 @@ static double growth_wanted(const PassState *s, double now_s, double error) {
         needed = fmin(needed, passes + left);
         growth = fmin(growth, left / ROUND_PASSES_TIMED);
     }
+    *times = needed / passes;
     return needed >= (waves ? ROUND_LEAST_WAVES : ROUND_LEAST_PHOTONS) * passes && growth > 1 ? growth : 0;
 }
 
@@ -133,8 +133,8 @@ static double exponent_so_far(PassState *s, double error) {
 static double error_left_s(PassState *s, double now_s, double error) {
     const cau_render *r = s->r;
     double passes = (double)r->passes, pass_s = pass_seconds(s, now_s);
-    double least = fmax((r->view ? PASSES_TOLD_WAVES : PASSES_TOLD) - passes, 0),
-           growth = growth_wanted(s, now_s, error);
+    double least = fmax((r->view ? PASSES_TOLD_WAVES : PASSES_TOLD) - passes, 0), times,
+           growth = growth_wanted(s, now_s, error, &times);
     double needed = passes * pow(error / r->options.error, 1 / exponent_so_far(s, error));
     if (growth > 0) return pass_s * (least + needed * pow(growth, PASS_TIME_EXPONENT - 1));
     return pass_s * fmax(needed - passes, least);
@@ -164,26 +164,38 @@ static bool time_is_up(const PassState *s, double now_s) {
     return r->options.time_s > 0 && now_s - r->started_s + 0.5 * pass_seconds(s, now_s) >= r->options.time_s;
 }
 
-bool limits_met(PassState *s) {
+/* Another round, of larger passes or of other estimators, where little is known of a long way. */
+static cau_result next_round(PassState *s, double now_s, double error, CauError *err) {
+    double times, growth = growth_wanted(s, now_s, error, &times);
+    bool restart = false;
+    if (has_rounds(s->r)) CAU_TRY(race_step(s, error, times, growth, &restart, err));
+    if (restart) {
+        s->last.end_s = render_clock_s() + s->round.left_s;
+        limits_begin(s);
+    } else if (growth > 0)
+        start_over(s, growth, error);
+    return CAU_OK;
+}
+
+cau_result limits_met(PassState *s, bool *met, CauError *err) {
     cau_render *r = s->r;
     double now_s = render_clock_s();
-    if (limits_all_passes(r) || time_is_up(s, now_s)) return true;
+    *met = limits_all_passes(r) || time_is_up(s, now_s);
+    if (*met) return CAU_OK;
     /* The error costs a walk over all films: not after every short pass. Whether it will do is asked after
      * the same passes always, so that the picture does not depend on the machine. */
     bool check = r->passes == s->round.check;
-    if (!check && now_s - s->round.reported_s < REPORT_S) return false;
+    if (!check && now_s - s->round.reported_s < REPORT_S) return CAU_OK;
     s->round.reported_s = now_s;
     double error = render_total_error(r);
     s->round.left_s = forecast_s(s, now_s, error);
     render_report(r, "rendering", error, s->round.left_s);
-    if (!check) return false;
+    if (!check) return CAU_OK;
     s->round.check = next_check(r->passes);
     /* A black picture says nothing of what larger passes might find. */
     bool largest = !has_rounds(r) || r->photons_per_pass >= r->pass_most;
     bool told = r->passes >= (r->view ? PASSES_TOLD_WAVES : PASSES_TOLD);
-    if (r->options.error > 0 && told && error <= r->options.error && (error > 0 || (error == 0 && largest)))
-        return true;
-    double growth = growth_wanted(s, now_s, error);
-    if (growth > 0) start_over(s, growth, error);
-    return false;
+    *met =
+        r->options.error > 0 && told && error <= r->options.error && (error > 0 || (error == 0 && largest));
+    return *met ? CAU_OK : next_round(s, now_s, error, err);
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
  *  What a pass works on, shared by render_passes.c (the loop), render_kernels.c (how wide kernels are),
- *  render_look.c (eye paths of a pixel), render_waves.c (estimator W) and render_limits.c (when it ends). */
+ *  render_look.c (eye paths of a pixel), render_waves.c (estimator W), render_limits.c (when it ends) and
+ *  render_race.c (which estimator). */
 #ifndef RENDER_RENDER_PASS_STATE_H
 #define RENDER_RENDER_PASS_STATE_H
 
@@ -98,7 +99,12 @@ void kernels_restart(cau_render *r, size_t group, int kind);
 void limits_begin(PassState *s);
 /** After every pass: is the render done? Reports progress. What little is known may call for larger passes:
  * then all starts over with these. */
-bool limits_met(PassState *s);
+cau_result limits_met(PassState *s, bool *met, CauError *err);
+/** After a check in a render to an error or a time, with the error of all layers so far: tries the other
+ * estimators when the render has `times` as much to do in all as it did so far and wants passes `growth`
+ * times as large (0: it does not), and decides after a trial. `restart`: the films are empty, the passes'
+ * size is set. */
+cau_result race_step(PassState *s, double error, double times, double growth, bool *restart, CauError *err);
 /** Before the first pass: a state that was gone on from may be all there is to do. */
 bool limits_all_passes(const cau_render *r);
 

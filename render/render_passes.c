@@ -304,7 +304,9 @@ cau_result render_passes(cau_render *r, CauError *err) {
         result = reference ? one_reference_pass(&s, err) : photon_pass(&s, err);
         if (result != CAU_OK) break;
         r->passes++;
-        if (limits_met(&s)) break;
+        bool met = false;
+        result = limits_met(&s, &met, err);
+        if (met) break;
         render_pause(r);
     }
     state_free(&s);

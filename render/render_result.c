@@ -176,6 +176,12 @@ static void film_report(const RenderGroup *g, int kind, double *error, double *b
     *error = hypot(figures.relative_error, *bias);
 }
 
+double render_layer_error(const RenderGroup *group, int kind) {
+    double error, bias, mean;
+    film_report(group, kind, &error, &bias, &mean);
+    return error;
+}
+
 cau_light_report cau_render_light(const cau_render *r, size_t index) {
     if (index >= r->group_count) return (cau_light_report){.light = ""};
     const RenderGroup *g = &r->groups[index];

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The state of a render as bytes: what it is of, in words; what walk_state() lists; a checksum.
+/* The state of a render as bytes: what it is of, in words; what walk_course() and walk_sums() list; a
+ * checksum.
  *
  * Reading adds to what is there, so that going on from a state and joining shards are the same code. */
 #include "render/render_internal.h"
@@ -10,7 +11,7 @@
 #include <stdio.h>
 
 enum { IDENTITY_MAX = 2048, BLOCK = 1024, SHOWN_MAX = 60 };
-static const char state_magic[8] = "CAUSTAT5";
+static const char state_magic[8] = "CAUSTAT6";
 #define STATE_BYTE_ORDER 0x0102030405060708u
 /* No kernel nor pass is ever scaled beyond this; a state that says so is damaged. */
 #define SCALE_MAX 65536.0
@@ -54,10 +55,20 @@ static cau_result walk_account(FluxAccount *a, StateVisit visit, void *data) {
     return visit(data, &(StateItem){STATE_COUNT, &a->photons, NULL, COUNTS});
 }
 
-/* All that passes leave behind; a further array is a further line. */
-static cau_result walk_state(cau_render *r, StateVisit visit, void *data) {
+/* How far it is, and by which estimators: what settles which films there are. */
+static cau_result walk_course(cau_render *r, StateVisit visit, void *data) {
     CAU_TRY(visit(data, &(StateItem){STATE_COUNT, &r->passes, NULL, 1}));
     CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->pass_scale, NULL, 1}));
+    CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->race, NULL, sizeof r->race / sizeof(double)}));
+    for (size_t i = 0; i < r->group_count; i++) {
+        RaceTry *race = &r->groups[i].race;
+        CAU_TRY(visit(data, &(StateItem){STATE_SCALE, race, NULL, sizeof *race / sizeof(double)}));
+    }
+    return CAU_OK;
+}
+
+/* All that passes leave behind; a further array is a further line. */
+static cau_result walk_sums(cau_render *r, StateVisit visit, void *data) {
     CAU_TRY(walk_film(&r->beauty, visit, data));
     for (size_t i = 0; i < r->group_count; i++) {
         RenderGroup *g = &r->groups[i];
@@ -135,7 +146,8 @@ static cau_result save(cau_render *r, Writer *w) {
     CAU_TRY(put(w, state_magic, sizeof state_magic));
     CAU_TRY(put(w, head, sizeof head));
     CAU_TRY(put(w, identity, strlen(identity)));
-    CAU_TRY(walk_state(r, put_item, w));
+    CAU_TRY(walk_course(r, put_item, w));
+    CAU_TRY(walk_sums(r, put_item, w));
     uint64_t sum = w->sum;
     return put(w, &sum, sizeof sum);
 }
@@ -314,7 +326,9 @@ static void forget_stale(RenderGroup *g) {
 }
 
 static cau_result read_rest(Reader *in) {
-    CAU_TRY(walk_state(in->render, join_item, in));
+    CAU_TRY(walk_course(in->render, join_item, in));
+    CAU_TRY(race_resume(in->render, in->err));
+    CAU_TRY(walk_sums(in->render, join_item, in));
     uint64_t wanted = in->sum, sum;
     CAU_TRY(get(in, &sum, sizeof sum));
     if (sum != wanted) return damaged(in, "its checksum does not fit");

@@ -124,10 +124,20 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
     plan->wave_rays = cost.rays;
     bool small = choice->estimator == PLAN_ESTIMATOR_W ||
                  (plan_wave_pays(&cost) && plan_blur_pays(&cost, probe->blur_pixels, scene->camera.width));
-    plan->wave = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && small && !world;
+    bool possible = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && !world;
+    plan->wave = plan->chosen = possible && small;
+    plan->may_wave = possible && choice->estimator == PLAN_ESTIMATOR_AUTO;
+    plan->photons_beside = photons;
     plan->photons = plan->direct && (!plan->wave || photons);
+    plan->blur_pixels = probe->blur_pixels;
+    plan->photon_rays = probe->photon_rays;
     plan->bent = BENT_PHOTONS * clamp(sqrt(probe->bent_share / BENT_SHARE_FULL), BENT_LEAST, 1) *
                  fmax(1, cost.rays / fmax(1, probe->photon_rays));
+}
+
+void plan_use(LightPlan *plan, bool wave) {
+    plan->wave = wave;
+    plan->photons = !wave || plan->photons_beside;
 }
 
 /* Casters that the probes saw little of may still be met: none gets less than this part of an even share. */
@@ -136,7 +146,7 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
 static cau_result plan_shares(
     LightPlan *plan, const Scene *scene, const LightProbe *probe, const bool *waved, CauError *err) {
     double hits = 0, casters = 0, sum = 0;
-    if (!plan->wave) return CAU_OK;
+    if (!plan->wave && !plan->may_wave) return CAU_OK;
     plan->share = array_new(scene->object_count, sizeof *plan->share);
     if (!plan->share) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the plan");
     for (size_t i = 0; i < scene->object_count; i++) {

@@ -42,10 +42,15 @@ typedef struct LightProbe {
 typedef struct LightPlan {
     bool direct, indirect;
     bool wave;     /**< smooth direct caustics by estimator W */
+    bool chosen;   /**< so the plan chose; `wave` may change between rounds */
+    bool may_wave; /**< they could be: the user leaves the choice open, and some caster is smooth */
     double *share; /**< [object] of estimator W's rays: by what of the light meets it first; 0: not waved */
     double wave_rays;      /**< of estimator W: per corner of its grid */
     double places;         /**< of estimator W: places on the light that all replicas together should have */
     bool photons;          /**< direct caustics by estimator P: all, or what W leaves to it */
+    bool photons_beside;   /**< W leaves some to it */
+    double blur_pixels;    /**< as LightProbe.blur_pixels */
+    double photon_rays;    /**< as LightProbe.photon_rays */
     double bent;           /**< without them: photons that start at bent normals, per ray of W */
     double left_out_share; /**< upper bound (95 %) of what is left out, relative to the light's own
                               contribution */
@@ -74,6 +79,9 @@ typedef struct PlanChoice {
 cau_result plan_make(
     Plan *out, const Scene *scene, const LightProbe *probes, const PlanChoice *choice, CauError *err);
 void plan_free(Plan *plan);
+
+/** Gives a light that may have either estimator W, or P. */
+void plan_use(LightPlan *plan, bool wave);
 
 /** Does anything in the scene cast, and does anything receive? Without both there is nothing to probe. */
 bool plan_scene_can_have_caustics(const Scene *scene);
