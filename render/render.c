@@ -100,23 +100,29 @@ static cau_result set_share(cau_render *r, CauError *err) {
     return CAU_OK;
 }
 
+static double pixel_count(const cau_render *r) {
+    return (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
+}
+
+double render_pass_least(const cau_render *r, bool waves) {
+    int least = waves ? PASS_LEAST_WAVES : PASS_LEAST_PHOTONS;
+    return fmax(pixel_count(r) / (waves ? PASS_PIXELS_WAVES : PASS_PIXELS_PHOTONS), least);
+}
+
 static void set_budget(cau_render *r) {
     uint64_t n = r->options.photons;
     size_t memory = r->options.memory_bytes ? r->options.memory_bytes : (size_t)2 << 30;
     /* A deposit costs about 100 bytes with its sorted copy and keys; a photon leaves a few. An eighth of the
      * budget is theirs. */
     uint64_t most = memory / 8 / 500;
-    double pixels = (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]),
-           large = n ? fmin(pixels, (double)n / PASSES_LARGE) : pixels;
+    double pixels = pixel_count(r), large = n ? fmin(pixels, (double)n / PASSES_LARGE) : pixels;
     most = (uint64_t)fmin((double)most, fmax(PASS_PHOTONS, large));
     if (most < 1024) most = 1024;
     if (r->options.estimator == CAU_ESTIMATOR_R)
         most = (uint64_t)r->scene.camera.width * (uint64_t)r->scene.camera.height;
     r->photons_per_pass = r->pass_least = r->pass_most = r->photons_held = (uint32_t)most;
     if (n == 0 && r->options.estimator != CAU_ESTIMATOR_R) {
-        int least = r->view ? PASS_LEAST_WAVES : PASS_LEAST_PHOTONS;
-        double small = pixels / (r->view ? PASS_PIXELS_WAVES : PASS_PIXELS_PHOTONS);
-        r->pass_least = (uint32_t)fmin(fmax(small, least), (double)most);
+        r->pass_least = (uint32_t)fmin(render_pass_least(r, r->view != NULL), (double)most);
         double largest = look_pass_most(r, render_waves_alone(r) ? PASS_WAVES : (double)most);
         r->pass_most = (uint32_t)fmax(largest, r->pass_least);
     }
@@ -352,7 +358,6 @@ cau_result render_equip(cau_render *r, CauError *err) {
 cau_result cau_render_plan(cau_render *r) {
     if (r->planned) return CAU_OK;
     CAU_TRY(render_probe(r, &r->error));
-    race_begin(r);
     CAU_TRY(render_equip(r, &r->error));
     r->planned = true;
     return CAU_OK;

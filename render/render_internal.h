@@ -19,6 +19,8 @@
 
 /** Photons that start at bent normals per photon of a lamp. */
 #define RENDER_BENT_SHARE 0.25
+/** An eye path of a wavefront's layer costs as much as this many of its rays. */
+#define RENDER_RAYS_PER_LOOK 4.0
 
 /** Which estimator is the quicker one, by what rounds tell: render_race.c. All of it is part of a render's
  * state. */
@@ -118,11 +120,11 @@ bool render_waves_alone(const cau_render *r);
 /** Sends the probes and makes r->plan. */
 cau_result render_probe(cau_render *r, CauError *err);
 
+/** Photons, or rays of wavefronts, of a first pass in a render that is limited by error or time. */
+double render_pass_least(const cau_render *r, bool waves);
+
 /** Makes what the plan's estimators work with; films are empty afterwards. Again after a switch. */
 cau_result render_equip(cau_render *r, CauError *err);
-
-/** Before it is equipped: a render that has rounds begins with photons where wavefronts are dear. */
-void race_begin(cau_render *r);
 
 /** The groups' lights as r->groups[].race says, all of which have the plan's estimators so far. */
 cau_result race_resume(cau_render *r, CauError *err);

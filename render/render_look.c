@@ -18,9 +18,6 @@ enum { NARROW_PATHS_MAX = 64, LOOKS_MAX = UINT8_MAX };
 /* Of the trial: eye paths of a pixel that shows glass or a mirror; as many in all as the pass has photons,
  * but one path alone cannot differ. */
 enum { TRIAL_PATHS_MIN = 2, TRIAL_PATHS_MAX = 16 };
-/* An eye path costs as much as this many rays of a wavefront. As much time is spent on the one as on the
- * other: whichever makes the error, half of the time lowers it. */
-#define RAYS_PER_LOOK 4.0
 /* Eye points are held in memory: no more paths than pixels, but in small pictures. */
 #define LOOKS_SMALL 131072.0
 
@@ -46,8 +43,8 @@ double look_pass_most(const cau_render *r, double most) {
     if (!r->view || !wave_view_any_busy(r->view)) return most;
     for (size_t i = 0; i < r->plan.light_count; i++)
         if (r->plan.lights[i].wave && r->plan.lights[i].wave_rays > 0)
-            most =
-                fmin(most, RAYS_BEYOND_LOOKS * RAYS_PER_LOOK * looks_most(r) / r->plan.lights[i].wave_rays);
+            most = fmin(
+                most, RAYS_BEYOND_LOOKS * RENDER_RAYS_PER_LOOK * looks_most(r) / r->plan.lights[i].wave_rays);
     return most;
 }
 
@@ -142,7 +139,8 @@ cau_result look_learn(PassState *s, size_t g, CauError *err) {
     if (result == CAU_OK && busy) {
         trial_variance(&t, pixels);
         double sum = share_out(&t, &s->eye, 0, looks);
-        if (sum > 0) share_out(&t, &s->eye, fmin(t.rays / RAYS_PER_LOOK, looks_most(r)) / sum, looks);
+        /* As much time for looks as for rays: whichever makes the error, half of the time lowers it. */
+        if (sum > 0) share_out(&t, &s->eye, fmin(t.rays / RENDER_RAYS_PER_LOOK, looks_most(r)) / sum, looks);
     }
     if (result == CAU_OK)
         looks_take(group, looks, pixels);

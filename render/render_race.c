@@ -10,22 +10,15 @@
 /* Passes of a trial, and the share of what the plan's choice has still to do that it may cost. */
 #define TRIAL_PASSES 8.0
 #define TRIAL_SHARE 0.25
-/* The smallest passes of photons have so many times as many as those of wavefronts (render.c). */
-#define PHOTONS_PER_RAY 2.0
 /* Rays of a wavefront's pass over those of its corners: cells are split, and some passes draw it twice. */
 #define SPLIT_RAYS 2.5
 /* Beyond this blur places on a light are what wavefronts lack, however smooth the caster is. */
 #define TRIAL_BLUR_MAX 2.5
-/* A first round of wavefronts that takes so many times as many rays as one of photons has to wait for what
- * that tells: it may be all there is to do. */
-#define DEAR_ROUND 20.0
 /* What one promises must be so many times better: neither knows its error well. */
 #define MARGIN 1.2
 /* Powers of the rays with which errors fall from here on. */
 #define EXPONENT_WAVES 0.55
 #define EXPONENT_PHOTONS 0.4
-/* An eye path costs as much as this many rays. */
-#define RAYS_PER_LOOK 4.0
 
 enum { RACE_OPEN, RACE_TRIED, RACE_DECIDED };
 
@@ -52,7 +45,7 @@ static double group_cost(const cau_render *r, const RenderGroup *g) {
     size_t pixels = (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
     double looks = 0;
     for (size_t i = 0; g->looks && i < pixels; i++) looks += g->looks[i];
-    return 1e-6 * (rays + RAYS_PER_LOOK * looks * (double)r->passes);
+    return 1e-6 * (rays + RENDER_RAYS_PER_LOOK * looks * (double)r->passes);
 }
 
 /* Rays, in millions, until the error is met. */
@@ -61,29 +54,15 @@ static double cost_until(double cost, double error, double target, bool waves) {
     return cost * pow(fmax(error / target, 1), 1 / (waves ? EXPONENT_WAVES : EXPONENT_PHOTONS));
 }
 
-void race_begin(cau_render *r) {
-    if (r->options.photons) return;
-    for (size_t i = 0; i < r->scene.light_count; i++) {
-        LightPlan *plan = &r->plan.lights[i];
-        if (!plan->may_wave || !plan->wave ||
-            SPLIT_RAYS * plan->wave_rays <= DEAR_ROUND * PHOTONS_PER_RAY * plan->photon_rays)
-            continue;
-        plan_use(plan, false);
-        plan->chosen = false;
-    }
-}
-
 /* What a trial of the other estimator takes; infinite where there is none worth it. */
 static double trial_cost(const cau_render *r, size_t g) {
     bool waves = group_chosen(r, g);
-    double cost = 0, least = (double)r->pass_least;
+    double cost = 0, least = render_pass_least(r, !waves);
     for (size_t i = 0; i < r->scene.light_count; i++) {
         const LightPlan *plan = &r->plan.lights[i];
         if (r->group_of_light[i] != g || !plan->may_wave || plan->chosen != waves) continue;
         if (!waves && plan->blur_pixels > TRIAL_BLUR_MAX) return INFINITY;
-        cost +=
-            1e-6 * TRIAL_PASSES * least *
-            (waves ? PHOTONS_PER_RAY * plan->photon_rays : SPLIT_RAYS / PHOTONS_PER_RAY * plan->wave_rays);
+        cost += 1e-6 * TRIAL_PASSES * least * (waves ? plan->photon_rays : SPLIT_RAYS * plan->wave_rays);
     }
     return cost > 0 ? cost : INFINITY;
 }

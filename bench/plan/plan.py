@@ -18,7 +18,6 @@ import json
 import math
 import os
 import re
-import resource
 import subprocess
 import sys
 import tempfile
@@ -29,6 +28,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "..", "tests", "exact"))
 import casters  # noqa: E402
 import hard  # noqa: E402
+from renders import render  # noqa: E402
 from rig import PROGRAM, read_exr  # noqa: E402
 
 SMALLEST, LONG, RIGHT, TOO_LONG_S = 4096, 4, 1.1, 10
@@ -47,19 +47,10 @@ class Bench:
 
     def render(self, estimator, rays, seed, limit):
         """(picture, CPU seconds, stated error); None when it takes longer than `limit` seconds."""
-        stem = os.path.join(self.folder, "run")
-        command = [PROGRAM, self.scene, "-o", stem + ".exr", "--report", stem + ".json", "--quiet", "--threads", "1",
-                   "--effects", "direct", "--layers", "radiance", "--estimator", estimator, "--photons", str(int(rays)),
-                   "--seed", str(seed)]
-        limit = int(limit) + 1
-        done = subprocess.run(command, capture_output=True, text=True,
-                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)))
-        if done.returncode < 0:
+        report = render(self.folder, int(limit) + 1, "--estimator", estimator, "--photons", int(rays), "--seed", seed)
+        if not report:
             return None
-        assert done.returncode == 0, f"{' '.join(command)}: {done.stderr}"
-        with open(stem + ".json", encoding="utf-8") as file:
-            report = json.load(file)
-        return read_exr(stem + ".exr")["caustics_Light"].mean(axis=2), report["cpu_s"], report["error"]
+        return read_exr(os.path.join(self.folder, "run.exr"))["caustics_Light"].mean(axis=2), report["cpu_s"], report["error"]
 
     def explain(self):
         return subprocess.run([PROGRAM, self.scene, "--explain", "--effects", "direct"], capture_output=True, text=True,

@@ -14,48 +14,28 @@ import argparse
 import json
 import math
 import os
-import resource
-import subprocess
-import sys
 import tempfile
 
 import numpy as np
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, os.path.join(HERE, "..", "..", "tests", "exact"))
-import casters  # noqa: E402
-import hard  # noqa: E402
-from rig import PROGRAM  # noqa: E402
+import casters
+import hard
+from renders import render
 
 TOO_LONG = 10
 
 
-def render(folder, limit_s, *words):
-    """(CPU seconds, stated error); None when it takes longer than the limit."""
-    stem = os.path.join(folder, "run")
-    command = [PROGRAM, os.path.join(folder, "scene.json"), "-o", stem + ".exr", "--report", stem + ".json", "--quiet", "--threads", "1",
-               "--effects", "direct", "--layers", "radiance", *map(str, words)]
-    limit = math.ceil(limit_s)
-    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)))
-    if done.returncode < 0:
-        return None
-    assert done.returncode == 0, f"{' '.join(command)}: {done.stderr}"
-    with open(stem + ".json", encoding="utf-8") as file:
-        report = json.load(file)
-    return report["cpu_s"], report["error"]
-
-
 def measure(folder, seconds):
     """{estimator: seconds to the error, or None}, and the error; None where nothing is seen."""
-    fixed = min(render(folder, 120, "--estimator", "P", "--photons", 8, "--seed", 9)[0] for _ in range(2))
+    fixed = min(render(folder, 120, "--estimator", "P", "--photons", 8, "--seed", 9)["cpu_s"] for _ in range(2))
     found = render(folder, 120 + 4 * seconds, "--estimator", "P", "--time", fixed + seconds, "--seed", 8)
-    if not found or not 0 < found[1] < 1:
+    if not found or not 0 < found["error"] < 1:
         return None, 0
     row = {}
     for e in ("auto", "W", "P"):
-        run = render(folder, fixed + TOO_LONG * seconds, "--estimator", e, "--error", found[1], "--seed", 3)
-        row[e] = max(run[0] - fixed, 1e-2) if run else None
-    return row, found[1]
+        run = render(folder, fixed + TOO_LONG * seconds, "--estimator", e, "--error", found["error"], "--seed", 3)
+        row[e] = max(run["cpu_s"] - fixed, 1e-2) if run else None
+    return row, found["error"]
 
 
 def main():

@@ -82,6 +82,9 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
 #define BENT_PHOTONS 0.25
 #define BENT_SHARE_FULL 0.01
 #define BENT_LEAST (1.0 / 16)
+/* A render that has rounds begins with photons where a corner takes so many times the rays of one: they may
+ * be done before wavefronts are past their first round. */
+#define WAVE_DEAR 16.0
 /* What estimator W may leave out of its long paths; beyond it photons carry them. */
 #define DEEP_SHARE 1e-4
 
@@ -125,8 +128,9 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
     bool small = choice->estimator == PLAN_ESTIMATOR_W ||
                  (plan_wave_pays(&cost) && plan_blur_pays(&cost, probe->blur_pixels, scene->camera.width));
     bool possible = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && !world;
-    plan->wave = plan->chosen = possible && small;
     plan->may_wave = possible && choice->estimator == PLAN_ESTIMATOR_AUTO;
+    bool waits = plan->may_wave && choice->rounds && cost.rays > WAVE_DEAR * probe->photon_rays;
+    plan->wave = plan->chosen = possible && small && !waits;
     plan->photons_beside = photons;
     plan->photons = plan->direct && (!plan->wave || photons);
     plan->blur_pixels = probe->blur_pixels;

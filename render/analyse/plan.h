@@ -74,6 +74,7 @@ typedef struct PlanChoice {
     int indirect;      /**< PLAN_INDIRECT_* */
     int estimator;     /**< PLAN_ESTIMATOR_* */
     const bool *waved; /**< [object] estimator W can follow its smooth paths */
+    bool rounds;       /**< the render has rounds: what photons tell in the first may be all there is to do */
 } PlanChoice;
 
 cau_result plan_make(

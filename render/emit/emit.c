@@ -92,7 +92,7 @@ static const Aim *choose_aim(const AimMix *mix, double *u, const Aim **other, do
 /* Light may start within the lamp's body, and the body reaches into something that matters. */
 static bool body_touches(const EmitStart *start, const Aim *aim) {
     double r = start->body_radius;
-    V3 middle = v3_mad(start->position, -r, start->normal);
+    V3 middle = emit_middle(start);
     for (size_t k = 0; r > 0 && k < aim->count; k++) {
         V3 oc = v3_sub(aim->balls[k].center, middle);
         if (v3_dot(oc, oc) <= square(aim->balls[k].radius + r)) return true;

@@ -60,6 +60,11 @@ typedef struct EmitStart {
     double body_radius;
 } EmitStart;
 
+/** The middle of its body. */
+static inline V3 emit_middle(const EmitStart *start) {
+    return v3_mad(start->position, -start->body_radius, start->normal);
+}
+
 /** Where light on a line through `start` begins at the earliest. */
 static inline V3 emit_origin(const EmitStart *start, V3 dir) {
     double chord = 2.0 * start->body_radius * fmax(0.0, v3_dot(start->normal, dir));

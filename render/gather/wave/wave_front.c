@@ -79,7 +79,7 @@ static int infinite_front(const WaveRun *run, const EmitStart *start, const Obje
 /* The lamp's body, within which light may start, reaches into the caster's box. */
 static bool body_touches(const EmitStart *start, const Object *o) {
     double r = start->body_radius;
-    V3 middle = v3_mad(start->position, -r, start->normal);
+    V3 middle = emit_middle(start);
     V3 off = v3_sub(middle, v3_max(o->bounds_min, v3_min(middle, o->bounds_max)));
     return r > 0 && v3_dot(off, off) <= square(r);
 }
