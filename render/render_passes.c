@@ -6,8 +6,10 @@
 #include "core/rng.h"
 
 /* A learned radius is that of 131072 photons; it shrinks with the photons so far to the power of -(1 - alpha)
- * / 2 with alpha = 2/3 (Knaus and Zwicker 2011), without a floor. */
-#define RADIUS_EXPONENT (-1.0 / 6)
+ * / 2 with alpha = 1/2 (Knaus and Zwicker 2011), without a floor. 2/3 would be the best where the light is
+ * smooth and its bias grows with the radius squared; most of the bias lies at folds and edges, where its
+ * square grows with about that power itself. */
+#define RADIUS_EXPONENT (-1.0 / 4)
 #define RADIUS_PHOTONS 131072.0
 /* Of the eye paths, that kernels are tried on. */
 #define TRIAL_SHARE 0.25

@@ -6,10 +6,9 @@
 /* Least squared bias that is believed, in parts of the noise: bounds how fast a kernel grows. */
 #define BIAS_LEAST 0.02
 /* Bias that chance may show in a window, in parts of the noise: the radius is not to fall by luck, for it
- * rises slowly. Narrow kernels, in footprints, need more to be narrower yet: what the points of a trial
- * happen to meet of a fold looks like bias, and evens out within the pixel over the passes. */
+ * rises slowly. */
 #define BIAS_CHANCE 0.8
-#define BIAS_CHANCE_NARROW 2.0
+/* In footprints: what kernels may cost makes none narrower. */
 #define RADIUS_NARROW 2.0
 /* Half a window's edge in kernel radii, and its limits in pixels. */
 #define WINDOW_RADII 2.0
@@ -111,12 +110,12 @@ static int window_of(double radius) {
 }
 
 /* The radius that balances noise and bias, of kernels of radius `old`. */
-static double balance(double old, double noise, double bias, double chance) {
+static double balance(double old, double noise, double bias) {
     if (!(noise > 0)) return old;
-    return old * pow(noise / (6 * fmax(bias - chance * noise, BIAS_LEAST * noise)), 1.0 / 6);
+    return old * pow(noise / (12 * fmax(bias - BIAS_CHANCE * noise, BIAS_LEAST * noise)), 1.0 / 6);
 }
 
-/* For every pixel. What kernels may cost asks for none narrower than RADIUS_NARROW. Returns the share of the
+/* For every pixel. Returns the share of the
  * light whose kernels are still falling. */
 static double choose(Bandwidth *b, const Sums *s, const double *cost, const BandwidthTrial *t) {
     double shrink = t->shrink, falling = 0, all = s->light[sums_place(s, s->width, s->height)];
@@ -126,8 +125,7 @@ static double choose(Bandwidth *b, const Sums *s, const double *cost, const Band
             double old = (double)b->radius[i] * shrink;
             int half = window_of(old);
             double noise = window_sum(s, s->noise, x, y, half), bias = window_sum(s, s->bias, x, y, half);
-            double r = balance(old, noise, bias, BIAS_CHANCE), narrow = RADIUS_NARROW * shrink;
-            if (r < narrow) r = fmin(narrow, balance(old, noise, bias, BIAS_CHANCE_NARROW));
+            double r = balance(old, noise, bias), narrow = RADIUS_NARROW * shrink;
             if (cost[i] > 0) r = fmin(r, fmax(old * sqrt(t->most / cost[i]), narrow));
             if (r < FALLING * old) falling += window_sum(s, s->light, x, y, 0);
             r = fmin(clamp(r, CHANGE_MIN * old, CHANGE_MAX * old), RADIUS_MAX);

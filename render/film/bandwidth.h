@@ -5,10 +5,11 @@
  *  A kernel of radius r has variance A / (n r^2) after n passes and bias B r^2. Both are measured - the
  *  variance by the spread of replicas, the squared bias by products of two replicas' own estimates, which no
  *  noise makes positive - and summed over a window around the pixel, wide enough for some independent
- * kernels. With radii that shrink as n^(-1/6) the mean square error of the mean over the passes is least
- * where r^6 = A / (6 n B^2). Where no bias shows the radius grows by a bounded factor; where there is
- * structure it falls at once. It goes to zero with the photons everywhere, without a floor. (The balance of
- * the two: Kaplanyan and Dachsbacher 2013, who estimate the bias by derivatives.) */
+ * kernels. With radii that shrink as n^(-1/4) the mean square error of the mean over the passes is least
+ * where r^6 = A / (12 n B^2): it has 2/3 of a pass's variance over n^(1/2), and twice the last kernel's bias.
+ * Where no bias shows the radius grows by a bounded factor; where there is structure it falls at once. It
+ * goes to zero with the photons everywhere, without a floor. (The balance of the two: Kaplanyan and
+ * Dachsbacher 2013, who estimate the bias by derivatives.) */
 #ifndef RENDER_FILM_BANDWIDTH_H
 #define RENDER_FILM_BANDWIDTH_H
 
