@@ -34,6 +34,12 @@ bool render_waves_alone(const cau_render *r) {
     return wave;
 }
 
+bool render_waves_draw(const cau_render *r, size_t g, int kind) {
+    for (size_t i = 0; i < r->scene.light_count; i++)
+        if (r->group_of_light[i] == g && !kind && r->plan.lights[i].wave) return true;
+    return false;
+}
+
 double render_clock_s(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);

@@ -35,6 +35,12 @@ typedef struct Race {
     double error; /**< of all layers that it had reached */
 } Race;
 
+/** What the passes before the present, larger ones told; part of a render's state. */
+typedef struct PastRound {
+    double growth; /**< of the passes' size after them; 0: there were none */
+    double error;  /**< of all layers */
+} PastRound;
+
 /** One layer group: the lights that share a layer name. */
 typedef struct RenderGroup {
     const char *name;
@@ -93,6 +99,7 @@ struct cau_render {
     uint32_t photons_held;          /**< of a pass, at most: what they leave is held in memory */
     uint32_t pass_least, pass_most; /**< photons of a pass in a render that is limited by error or time */
     Race race;
+    PastRound past;
     double pass_scale; /**< its passes have so many times as many as pass_least; 0: not known yet, or no such
                           render */
     uint64_t passes;   /**< that the films hold; of a stopped render some films may hold one more */
@@ -116,6 +123,8 @@ static inline bool render_wants_caustics(const cau_render *r) {
 /** No photons start at lamps: estimator W and photons that start at bent normals are all that is called for.
  */
 bool render_waves_alone(const cau_render *r);
+/** Estimator W draws a part of the layer: its kernels begin narrow, without a trial. */
+bool render_waves_draw(const cau_render *r, size_t group, int kind);
 
 /** Sends the probes and makes r->plan. */
 cau_result render_probe(cau_render *r, CauError *err);
@@ -170,6 +179,16 @@ double render_layer_error(const RenderGroup *group, int kind);
 
 /** Error of the sum of all layers so far: RMS of its standard error over its RMS; negative: not known. */
 double render_total_error(const cau_render *r);
+
+/** What it is made of. */
+typedef enum ErrorPart { ERROR_WAVES, ERROR_PHOTONS, ERROR_PATHS, ERROR_PARTS } ErrorPart;
+typedef struct ErrorParts {
+    double total; /**< as render_total_error() has it */
+    double noise[ERROR_PARTS],
+        bias[ERROR_PARTS]; /**< sums of squares over the picture, of the layers drawn by each;
+                              left-over photons of wavefronts count as these */
+} ErrorParts;
+ErrorParts render_error_parts(const cau_render *r);
 
 /** Stores progress under the mutex. */
 void render_report(cau_render *r, const char *stage, double error, double remaining_s);

@@ -25,12 +25,6 @@ void kernels_clear(PassState *s) {
     memset(s->kernels.cost, 0, values / 3 * sizeof(double));
 }
 
-bool kernels_follow_wave(const cau_render *r, size_t g, int kind) {
-    for (size_t i = 0; i < r->scene.light_count; i++)
-        if (r->group_of_light[i] == g && !kind && r->plan.lights[i].wave) return true;
-    return false;
-}
-
 /* Deposits that an eye point's kernel may meet, by the rays of the first pass's first light. */
 static double most_deposits(const PassState *s, const RenderGroup *group, int kind) {
     const cau_render *r = s->r;
@@ -87,7 +81,7 @@ void kernels_settle(RenderGroup *group, int kind, bool tried) {
 }
 
 static double first_radius(const cau_render *r, size_t g, int kind) {
-    if (kernels_follow_wave(r, g, kind)) return RADIUS_BESIDE_WAVE;
+    if (render_waves_draw(r, g, kind)) return RADIUS_BESIDE_WAVE;
     return kind ? RADIUS_INDIRECT : RADIUS_DIRECT;
 }
 
@@ -101,7 +95,7 @@ cau_result render_make_kernels(cau_render *r, CauError *err) {
         for (int kind = 0; kind < 2; kind++) {
             if (!(kind ? r->groups[g].indirect : r->groups[g].direct)) continue;
             CAU_TRY(bandwidth_create(&r->groups[g].kernels[kind], r->scene.camera.width,
-                r->scene.camera.height, first_radius(r, g, kind), kernels_follow_wave(r, g, kind), err));
+                r->scene.camera.height, first_radius(r, g, kind), render_waves_draw(r, g, kind), err));
         }
     return CAU_OK;
 }

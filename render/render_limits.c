@@ -11,27 +11,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Powers of the passes with which an error falls until the round tells better, and within which it tells:
- * wavefronts and paths have noise alone, photons bias, too. */
-#define EXPONENT_NOISE 0.5
-#define EXPONENT_PHOTONS 0.42
-#define EXPONENT_MIN 0.3
-#define EXPONENT_MAX 0.6
-/* Passes that are so many times as large take that power of it as long: part of their time is eye paths. */
-#define PASS_TIME_EXPONENT 0.65
-/* Powers of the photons with which it falls from round to round, measured on the bundled scenes: wavefronts,
- * which get finer too, and photons, whose error is noise for the most part. */
-#define ROUND_EXPONENT_WAVES 0.6
-#define ROUND_EXPONENT_PHOTONS 0.45
-/* Passes that a round should have, and so many times as many as there are it must take for another to begin:
- * photons learn their kernels from a pass, so few large ones have less error than many small ones. Passes are
- * so many times as large at most, for few tell little of many. */
-#define ROUND_PASSES_WAVES 16.0
-#define ROUND_PASSES_PHOTONS 6.0
+/* In a render that is to take a time, passes that another round should have, and so many times as many as
+ * there are it must take for another to begin: photons learn their kernels from a pass, so few large ones
+ * have less error than many small ones. Passes are so many times as large at most, for few tell little of
+ * many. */
 #define ROUND_PASSES_TIMED 16.0
 #define ROUND_LEAST_WAVES 4.0
 #define ROUND_LEAST_PHOTONS 2.0
 #define ROUND_GROWTH_MAX 16.0
+/* A round of larger passes that gained less than this power of their size was the last. */
 #define ROUND_EXPONENT_LEAST 0.25
 /* The error is looked at after every sixteenth part of the passes, and told every so many seconds. */
 enum { CHECK_PART = 16 };
@@ -61,6 +49,13 @@ void limits_begin(PassState *s) {
     s->round = (Round){.started_s = render_clock_s(), .before = r->passes, .check = next_check(r->passes)};
 }
 
+/* The next round ends when this one thought that it would, until it knows better. */
+static void begin_again(PassState *s) {
+    double end_s = render_clock_s() + s->round.left_s;
+    limits_begin(s);
+    s->round.end_s = end_s;
+}
+
 /* As before the first pass. */
 static void start_over(PassState *s, double growth, double error) {
     cau_render *r = s->r;
@@ -75,83 +70,93 @@ static void start_over(PassState *s, double growth, double error) {
         free(group->looks);
         group->looks = NULL;
     }
-    s->last = (PastRound){growth, error, render_clock_s() + s->round.left_s};
+    r->past = (PastRound){growth, error};
     r->passes = 0;
     r->pass_scale = fmin(r->pass_scale * growth, (double)r->pass_most / r->pass_least);
-    limits_begin(s);
+    begin_again(s);
 }
 
 /* ---- how much is left ---- */
 
+/* A round's first pass takes longer: it learns. */
 static double pass_seconds(const PassState *s, double now_s) {
-    return (now_s - s->round.started_s) / (double)(s->r->passes - s->round.before);
+    const Round *round = &s->round;
+    double passes = (double)(s->r->passes - round->before);
+    return passes > 1 ? (now_s - round->learned_s) / (passes - 1) : now_s - round->started_s;
+}
+
+/* What learning takes, in passes. */
+static double learning_passes(const PassState *s, double now_s) {
+    return fmax((s->round.learned_s - s->round.started_s) / pass_seconds(s, now_s) - 1, 0);
 }
 
 /* Larger passes do not always help: what limits the error may be the same in each. */
-static bool larger_paid(const PassState *s, double error) {
-    return !(s->last.error > 0) || !(error > 0) ||
-           log(s->last.error / error) >= ROUND_EXPONENT_LEAST * log(s->last.growth);
+static bool larger_paid(const PastRound *past, double error) {
+    return !(past->error > 0) || !(error > 0) ||
+           log(past->error / error) >= ROUND_EXPONENT_LEAST * log(past->growth);
 }
 
-/* How many times as large the passes of another round should be; 0: this one goes on. */
-static double growth_wanted(const PassState *s, double now_s, double error, double *times) {
+static double passes_told(const cau_render *r) { return r->view ? PASSES_TOLD_WAVES : PASSES_TOLD; }
+
+/* How many times as large the passes of another round should be; 0: this one goes on. `times`: what this one
+ * has to do in all, over what it did. Of what the passes told alone, or of the clock where a time is the
+ * limit. */
+static double growth_wanted(const PassState *s, double now_s, const ErrorParts *e, double *times) {
     const cau_render *r = s->r;
-    bool waves = render_waves_alone(r);
     double passes = (double)r->passes, growth = ROUND_GROWTH_MAX, needed = INFINITY;
     *times = 1;
-    if (!has_rounds(r) || r->photons_per_pass >= r->pass_most || !larger_paid(s, error)) return 0;
-    if (r->options.error > 0 && error > 0) {
-        double exponent = waves ? ROUND_EXPONENT_WAVES : ROUND_EXPONENT_PHOTONS;
-        needed = passes * pow(error / r->options.error, 1 / exponent);
-        growth = fmin(growth, needed / (waves ? ROUND_PASSES_WAVES : ROUND_PASSES_PHOTONS));
+    if (!has_rounds(r) || r->photons_per_pass >= r->pass_most || !larger_paid(&r->past, e->total)) return 0;
+    if (r->options.error > 0 && e->total > 0) {
+        double most = (double)r->pass_most / r->photons_per_pass;
+        growth = forecast_round(e, passes, r->options.error, most, passes_told(r)).growth;
+        needed = forecast_passes(e, passes, r->options.error, 1, passes_told(r));
     }
     if (r->options.time_s > 0) {
         double left = (r->options.time_s - (now_s - r->started_s)) / pass_seconds(s, now_s);
         needed = fmin(needed, passes + left);
         growth = fmin(growth, left / ROUND_PASSES_TIMED);
+        if (needed < (render_waves_alone(r) ? ROUND_LEAST_WAVES : ROUND_LEAST_PHOTONS) * passes) growth = 0;
     }
     *times = needed / passes;
-    return needed >= (waves ? ROUND_LEAST_WAVES : ROUND_LEAST_PHOTONS) * passes && growth > 1 ? growth : 0;
+    return growth > 1 ? growth : 0;
 }
 
-/* From what the round stated at half its passes or less. */
-static double exponent_so_far(PassState *s, double error) {
+/* Seconds until the error is met, as a look will find: at the end of this round, or of another that the next
+ * look begins. */
+static double error_left_s(const PassState *s, double now_s, const ErrorParts *e) {
     const cau_render *r = s->r;
-    PastError *past = s->round.past;
-    bool noise = r->options.estimator == CAU_ESTIMATOR_R || render_waves_alone(r);
-    double expected = noise ? EXPONENT_NOISE : EXPONENT_PHOTONS;
-    double passes = (double)r->passes, ratio = past[0].passes > 0 ? passes / past[0].passes : 1;
-    double found = ratio >= 2 && error > 0 ? log(past[0].error / error) / log(ratio) : expected;
-    if (error > 0 && r->passes >= 4 && (past[1].passes == 0 || passes >= 2 * past[1].passes)) {
-        past[0] = past[1];
-        past[1] = (PastError){passes, error};
-    }
-    return clamp(found, EXPONENT_MIN, EXPONENT_MAX);
+    double passes = (double)r->passes, times, most = (double)r->pass_most / r->photons_per_pass;
+    ErrorParts even = *e;
+    Course course = forecast_course(e, passes, &s->round.past);
+    even.total = course.error;
+    if (!(growth_wanted(s, now_s, e, &times) > 0)) most = 1;
+    NextRound round = forecast_round(&even, passes, r->options.error, most, passes_told(r));
+    if (round.growth > 0)
+        return pass_seconds(s, now_s) *
+               (fmax(PASSES_TOLD - passes, 0) + round.cost + learning_passes(s, now_s) * round.growth_s);
+    uint64_t look = s->round.check;
+    double all = passes * pow(1 + round.cost / passes, 1 / course.speed);
+    while ((double)look < all) look = next_check(look);
+    return pass_seconds(s, now_s) * ((double)look - passes);
 }
 
-/* Seconds until the error is met: what is left of this round, or it and another. */
-static double error_left_s(PassState *s, double now_s, double error) {
-    const cau_render *r = s->r;
-    double passes = (double)r->passes, pass_s = pass_seconds(s, now_s);
-    double least = fmax((r->view ? PASSES_TOLD_WAVES : PASSES_TOLD) - passes, 0), times,
-           growth = growth_wanted(s, now_s, error, &times);
-    double needed = passes * pow(error / r->options.error, 1 / exponent_so_far(s, error));
-    if (growth > 0) return pass_s * (least + needed * pow(growth, PASS_TIME_EXPONENT - 1));
-    return pass_s * fmax(needed - passes, least);
+/* A few passes of a new round know less than the whole last one did, and those of a trial tell nothing of
+ * what comes after it. */
+static bool last_round_knows_better(const PassState *s) {
+    return s->round.end_s > 0 && (s->r->passes < PASSES_TOLD / 2 || race_tries(s->r));
 }
 
-/* By whichever limit is met first; negative: not known. A few passes of a new round know less than the whole
- * last one did. */
-static double forecast_s(PassState *s, double now_s, double error) {
+/* By whichever limit is met first; negative: not known. */
+static double forecast_s(const PassState *s, double now_s, const ErrorParts *e) {
     const cau_render *r = s->r;
-    double best = INFINITY;
-    if (r->passes_share) best = pass_seconds(s, now_s) * (double)(r->passes_share - r->passes);
+    double best = INFINITY, pass_s = pass_seconds(s, now_s);
+    if (r->passes_share) best = pass_s * (double)(r->passes_share - r->passes);
     if (r->options.time_s > 0) best = fmin(best, r->options.time_s - (now_s - r->started_s));
-    if (r->options.error > 0 && s->last.end_s > 0 && r->passes < PASSES_TOLD / 2)
-        best = fmin(best, s->last.end_s - now_s);
-    else if (r->options.error > 0 && error > 0)
-        best = fmin(best, error_left_s(s, now_s, error));
-    return isfinite(best) ? fmax(best, 0) : -1;
+    if (r->options.error > 0 && last_round_knows_better(s))
+        best = fmin(best, fmax(s->round.end_s - now_s, pass_s * (passes_told(r) - (double)r->passes)));
+    else if (r->options.error > 0)
+        best = e->total > 0 ? fmin(best, error_left_s(s, now_s, e)) : -1;
+    return isfinite(best) && best >= 0 ? best : -1;
 }
 
 /* ---- after a pass ---- */
@@ -165,21 +170,21 @@ static bool time_is_up(const PassState *s, double now_s) {
 }
 
 /* Another round, of larger passes or of other estimators, where little is known of a long way. */
-static cau_result next_round(PassState *s, double now_s, double error, CauError *err) {
-    double times, growth = growth_wanted(s, now_s, error, &times);
+static cau_result next_round(PassState *s, double now_s, const ErrorParts *e, CauError *err) {
+    double times, growth = growth_wanted(s, now_s, e, &times);
     bool restart = false;
-    if (has_rounds(s->r)) CAU_TRY(race_step(s, error, times, growth, &restart, err));
-    if (restart) {
-        s->last.end_s = render_clock_s() + s->round.left_s;
-        limits_begin(s);
-    } else if (growth > 0)
-        start_over(s, growth, error);
+    if (has_rounds(s->r)) CAU_TRY(race_step(s, e->total, times, growth, &restart, err));
+    if (restart)
+        begin_again(s);
+    else if (growth > 0)
+        start_over(s, growth, e->total);
     return CAU_OK;
 }
 
 cau_result limits_met(PassState *s, bool *met, CauError *err) {
     cau_render *r = s->r;
     double now_s = render_clock_s();
+    if (r->passes == s->round.before + 1) s->round.learned_s = now_s;
     *met = limits_all_passes(r) || time_is_up(s, now_s);
     if (*met) return CAU_OK;
     /* The error costs a walk over all films: not after every short pass. Whether it will do is asked after
@@ -187,15 +192,16 @@ cau_result limits_met(PassState *s, bool *met, CauError *err) {
     bool check = r->passes == s->round.check;
     if (!check && now_s - s->round.reported_s < REPORT_S) return CAU_OK;
     s->round.reported_s = now_s;
-    double error = render_total_error(r);
-    s->round.left_s = forecast_s(s, now_s, error);
-    render_report(r, "rendering", error, s->round.left_s);
+    ErrorParts e = render_error_parts(r);
+    s->round.left_s = forecast_s(s, now_s, &e);
+    render_report(r, "rendering", e.total, s->round.left_s);
     if (!check) return CAU_OK;
     s->round.check = next_check(r->passes);
+    PastErrors *past = &s->round.past;
+    past->items[past->next++ % PAST_ERRORS] = (PastError){(double)r->passes, e.total};
     /* A black picture says nothing of what larger passes might find. */
     bool largest = !has_rounds(r) || r->photons_per_pass >= r->pass_most;
-    bool told = r->passes >= (r->view ? PASSES_TOLD_WAVES : PASSES_TOLD);
-    *met =
-        r->options.error > 0 && told && error <= r->options.error && (error > 0 || (error == 0 && largest));
-    return *met ? CAU_OK : next_round(s, now_s, error, err);
+    *met = r->options.error > 0 && (double)r->passes >= passes_told(r) && e.total <= r->options.error &&
+           (e.total > 0 || (e.total == 0 && largest));
+    return *met ? CAU_OK : next_round(s, now_s, &e, err);
 }

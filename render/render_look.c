@@ -128,7 +128,7 @@ static void looks_take(RenderGroup *group, uint8_t *looks, size_t pixels) {
 cau_result look_learn(PassState *s, size_t g, CauError *err) {
     cau_render *r = s->r;
     RenderGroup *group = &r->groups[g];
-    if (group->looks || !kernels_follow_wave(r, g, 0)) return CAU_OK;
+    if (group->looks || !render_waves_draw(r, g, 0)) return CAU_OK;
     size_t pixels = picture_values(r) / 3, busy = count_busy(&s->eye);
     Trial t = {array_new(3 * pixels, sizeof(double)), array_new(pixels, sizeof(double)), 0, 0, {0}};
     uint8_t *looks = array_new(pixels, 1);

@@ -1,32 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /** @file
  *  What a pass works on, shared by render_passes.c (the loop), render_kernels.c (how wide kernels are),
- *  render_look.c (eye paths of a pixel), render_waves.c (estimator W), render_limits.c (when it ends) and
- *  render_race.c (which estimator). */
+ *  render_look.c (eye paths of a pixel), render_waves.c (estimator W), render_limits.c (when it ends),
+ *  render_forecast.c (what it has still to do) and render_race.c (which estimator). */
 #ifndef RENDER_RENDER_PASS_STATE_H
 #define RENDER_RENDER_PASS_STATE_H
 
 #include "render/render_internal.h"
 
-/* What a render stated after so many passes. */
+/* What a render stated after so many passes: the last ones, in a ring. */
 typedef struct PastError {
     double passes, error;
 } PastError;
+enum { PAST_ERRORS = 16 };
+typedef struct PastErrors {
+    PastError items[PAST_ERRORS];
+    unsigned next;
+} PastErrors;
 
 /* Passes of one size. */
 typedef struct Round {
-    double started_s;
-    uint64_t before;           /* passes that it had when it was gone on with, from a state */
-    uint64_t check;            /* the passes after which to ask whether it will do */
-    double reported_s, left_s; /* the last progress, and its forecast */
-    PastError past[2];
+    double started_s, learned_s; /* learned_s: when its first pass was over */
+    uint64_t before;             /* passes that it had when it was gone on with, from a state */
+    uint64_t check;              /* the passes after which to ask whether it will do */
+    double reported_s, left_s;   /* the last progress, and its forecast */
+    double end_s; /* when the last round thought that the render would end; 0: there was none */
+    PastErrors past;
 } Round;
-
-/* What the passes before these told. */
-typedef struct PastRound {
-    double growth, error; /* of the passes' size after it; 0: there was none */
-    double end_s;         /* when it thought that the render would end; 0: not known */
-} PastRound;
 
 /* What a pass that checks estimator W works with; empty where there is none. */
 typedef struct WaveCheck {
@@ -45,7 +45,6 @@ typedef struct PassState {
     uint8_t *eye_paths; /* [pixel] scratch of look_closer() */
     WaveCheck waves;
     Round round;
-    PastRound last;
     bool learning; /* the first pass is made for what it teaches alone */
     DepositList deposits;
     PhotonTree tree;
@@ -79,8 +78,6 @@ cau_result kernels_prepare(PassState *s, CauError *err);
 void kernels_free(PassState *s);
 /** Before the lights of a group, when images are added to from the start. */
 void kernels_clear(PassState *s);
-/** Estimator W draws a part of the layer: its kernels begin narrow, without a trial. */
-bool kernels_follow_wave(const cau_render *r, size_t group, int kind);
 /** Learns a layer's first radii on the deposits at hand, before these are gathered for the picture, and
  * readies `gather` and the supports for that. */
 cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *gather, CauError *err);
@@ -95,6 +92,23 @@ cau_result look_closer(PassState *s, const RenderGroup *group, int kind, GatherR
 /** Forgets what a layer's kernels have learned. */
 void kernels_restart(cau_render *r, size_t group, int kind);
 
+/** Passes, `least` at least, after which a render would have an error that stated `e` after `passes` of them,
+ * if they were `growth` times as large from the start. `e->total` is above 0. */
+double forecast_passes(const ErrorParts *e, double passes, double error, double growth, double least);
+/** The passes' growth, up to `most`, with which a render that starts over is done soonest; 0: it does not
+ * pay. `cost` is what it has still to do either way, in passes of the present size. */
+typedef struct NextRound {
+    double growth, cost;
+    double growth_s; /**< how many times as long its passes take */
+} NextRound;
+NextRound forecast_round(const ErrorParts *e, double passes, double error, double most, double least);
+/** What a round's errors so far tell: the one at hand, evened by those of the last quarter of the passes, and
+ * the power of what is expected of the passes with which errors have fallen. */
+typedef struct Course {
+    double error, speed;
+} Course;
+Course forecast_course(const ErrorParts *e, double passes, const PastErrors *past);
+
 /** Before the first pass of a round. */
 void limits_begin(PassState *s);
 /** After every pass: is the render done? Reports progress. What little is known may call for larger passes:
@@ -105,6 +119,8 @@ cau_result limits_met(PassState *s, bool *met, CauError *err);
  * times as large (0: it does not), and decides after a trial. `restart`: the films are empty, the passes'
  * size is set. */
 cau_result race_step(PassState *s, double error, double times, double growth, bool *restart, CauError *err);
+/** Whether the passes at hand are such a trial's. */
+bool race_tries(const cau_render *r);
 /** Before the first pass: a state that was gone on from may be all there is to do. */
 bool limits_all_passes(const cau_render *r);
 

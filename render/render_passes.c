@@ -93,7 +93,7 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, Ca
         .radius = group->kernels[kind].radius,
         .cancel = &r->cancel};
     if (!kind) CAU_TRY(look_learn(s, g, err));
-    if (group->kernels[kind].tried || kernels_follow_wave(r, g, kind)) {
+    if (group->kernels[kind].tried || render_waves_draw(r, g, kind)) {
         CAU_TRY(look_closer(s, group, kind, &gather, err));
         CAU_TRY(gather_supports(&gather, r->pool, &s->supports, err));
     }
@@ -106,7 +106,7 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, Ca
     if (kind) s->images.seen = s->images.irradiance = s->images.coverage = NULL;
     cau_result result = group_lights(s, g, kind, &gather, err);
     s->images.coverage = kind ? NULL : full.coverage;
-    bool tried = group->kernels[kind].tried || kernels_follow_wave(r, g, kind);
+    bool tried = group->kernels[kind].tried || render_waves_draw(r, g, kind);
     if (result != CAU_OK || s->learning) *group = before;
     if (result == CAU_OK) kernels_settle(group, kind, tried);
     if (result == CAU_OK && !s->learning) add_to_films(s, group, kind);

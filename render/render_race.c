@@ -72,7 +72,7 @@ static cau_result switched(PassState *s, double scale, CauError *err) {
     cau_render *r = s->r;
     r->passes = 0;
     r->pass_scale = scale;
-    s->last = (PastRound){0};
+    r->past = (PastRound){0};
     for (size_t g = 0; g < r->group_count; g++) group_accounts_clear(&r->groups[g]);
     CAU_TRY(render_equip(r, err));
     waves_free(s);
@@ -95,6 +95,8 @@ static double target_of(const cau_render *r, double a, double b) {
     if (r->options.error > 0) return r->options.error;
     return 0.25 * fmin(a > 0 ? a : 1, b > 0 ? b : 1);
 }
+
+bool race_tries(const cau_render *r) { return r->race.stage == RACE_TRIED; }
 
 /* `times`: what the plan's choice needs in all, over what it took, where a time is the limit. */
 static cau_result race_try(
@@ -142,7 +144,7 @@ static cau_result race_decide(PassState *s, bool *restart, CauError *err) {
     CAU_TRY(switched(s, r->race.scale, err));
     bool other = false;
     for (size_t g = 0; g < r->group_count; g++) other |= r->groups[g].race.switched > 0;
-    if (!other) s->last = (PastRound){r->race.scale, r->race.error, 0};
+    if (!other) r->past = (PastRound){r->race.scale, r->race.error};
     return CAU_OK;
 }
 

@@ -113,7 +113,13 @@ static const Film *film_of(const RenderGroup *g, int kind) {
     return f->sum && film_passes(f) > 0 && (kind ? g->indirect : g->direct) ? f : NULL;
 }
 
-double render_total_error(const cau_render *r) {
+static ErrorPart part_of(const cau_render *r, size_t g, int kind) {
+    if (r->options.estimator == CAU_ESTIMATOR_R) return ERROR_PATHS;
+    return render_waves_draw(r, g, kind) ? ERROR_WAVES : ERROR_PHOTONS;
+}
+
+ErrorParts render_error_parts(const cau_render *r) {
+    ErrorParts e = {0};
     double square_sum = 0, noise = 0, bias = 0;
     size_t values = 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
     bool any = false, enough = true;
@@ -122,7 +128,8 @@ double render_total_error(const cau_render *r) {
             const Film *f = film_of(&r->groups[g], k);
             any |= f != NULL;
             enough &= !f || film_passes(f) > 1;
-            if (f) bias += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[k]);
+            if (f)
+                e.bias[part_of(r, g, k)] += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[k]);
         }
     for (size_t i = 0; any && i < values; i++) {
         double mean = 0;
@@ -130,15 +137,22 @@ double render_total_error(const cau_render *r) {
             for (int k = 0; k < 2; k++) {
                 const Film *f = film_of(&r->groups[g], k);
                 if (!f) continue;
-                noise += square(film_error(f, i));
+                e.noise[part_of(r, g, k)] += square(film_error(f, i));
                 mean += film_mean(f, i);
             }
         square_sum += mean * mean;
     }
-    if (!any || square_sum == 0) return any ? 0 : -1;
+    for (int i = 0; i < ERROR_PARTS; i++) {
+        noise += e.noise[i];
+        bias += e.bias[i];
+    }
     double truth = square_sum - noise;
-    return enough && truth > 0 ? sqrt((noise + bias) / truth) : -1;
+    e.total = enough && truth > 0 ? sqrt((noise + bias) / truth) : -1;
+    if (!any || square_sum == 0) e.total = any ? 0 : -1;
+    return e;
 }
+
+double render_total_error(const cau_render *r) { return render_error_parts(r).total; }
 
 double cau_render_error(const cau_render *r) { return render_total_error(r); }
 

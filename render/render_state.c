@@ -11,7 +11,7 @@
 #include <stdio.h>
 
 enum { IDENTITY_MAX = 2048, BLOCK = 1024, SHOWN_MAX = 60 };
-static const char state_magic[8] = "CAUSTAT6";
+static const char state_magic[8] = "CAUSTAT7";
 #define STATE_BYTE_ORDER 0x0102030405060708u
 /* No kernel nor pass is ever scaled beyond this; a state that says so is damaged. */
 #define SCALE_MAX 65536.0
@@ -60,6 +60,7 @@ static cau_result walk_course(cau_render *r, StateVisit visit, void *data) {
     CAU_TRY(visit(data, &(StateItem){STATE_COUNT, &r->passes, NULL, 1}));
     CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->pass_scale, NULL, 1}));
     CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->race, NULL, sizeof r->race / sizeof(double)}));
+    CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->past, NULL, sizeof r->past / sizeof(double)}));
     for (size_t i = 0; i < r->group_count; i++) {
         RaceTry *race = &r->groups[i].race;
         CAU_TRY(visit(data, &(StateItem){STATE_SCALE, race, NULL, sizeof *race / sizeof(double)}));

@@ -5,7 +5,7 @@ by the progress lines, against what was left in the end.
 usage: forecast.py PROGRAM SCENES_FOLDER [SCENE...]
 
 Per scene a pilot of three seconds, or of more until it can, tells its error, and the render goes on to .6 and .35 of it, by the plan and by P
-alone. Forecasts are read when a tenth, a fifth, 35 and 60 % of the render's own time are over. One thread; seconds are wall seconds, as the
+alone. Forecasts are read after every tenth of the render's own time. One thread; seconds are wall seconds, as the
 forecast's are, so the machine should be idle or evenly busy."""
 import bisect
 import json
@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-SIZE, PILOT_S, PARTS, SHARES, FACTOR, LIMIT_S = "160x90", 3, (0.1, 0.2, 0.35, 0.6), (0.6, 0.35), 1.5, 120
+SIZE, PILOT_S, PARTS, SHARES, FACTOR, LIMIT_S = "160x90", 3, [i / 10 for i in range(1, 10)], (0.6, 0.35), 1.5, 120
 
 
 def render(program, scene, folder, *words):
