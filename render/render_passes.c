@@ -90,6 +90,7 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, Ca
         .y0 = r->region[1],
         .y1 = r->region[3],
         .radius_pixels = shrink,
+        .first_pixels = pow(r->photons_per_pass / RADIUS_PHOTONS, RADIUS_EXPONENT),
         .radius = group->kernels[kind].radius,
         .cancel = &r->cancel};
     if (!kind) CAU_TRY(look_learn(s, g, err));

@@ -4,7 +4,7 @@
 #include "core/checked.h"
 
 /* Least squared bias that is believed, in parts of the noise: bounds how fast a kernel grows. */
-#define BIAS_LEAST 0.02
+#define BIAS_LEAST 0.005
 /* Bias that chance may show in a window, in parts of the noise: the radius is not to fall by luck, for it
  * rises slowly. */
 #define BIAS_CHANCE 0.8

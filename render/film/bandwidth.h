@@ -7,9 +7,9 @@
  *  noise makes positive - and summed over a window around the pixel, wide enough for some independent
  * kernels. With radii that shrink as n^(-1/4) the mean square error of the mean over the passes is least
  * where r^6 = A / (12 n B^2): it has 2/3 of a pass's variance over n^(1/2), and twice the last kernel's bias.
- * Where no bias shows the radius grows by a bounded factor; where there is structure it falls at once. It
- * goes to zero with the photons everywhere, without a floor. (The balance of the two: Kaplanyan and
- * Dachsbacher 2013, who estimate the bias by derivatives.) */
+ * Wide ones shrink less (photon_gather.c). Where no bias shows the radius grows by a bounded factor; where
+ * there is structure it falls at once. It goes to zero with the photons everywhere, without a floor. (The
+ * balance of the two: Kaplanyan and Dachsbacher 2013, who estimate the bias by derivatives.) */
 #ifndef RENDER_FILM_BANDWIDTH_H
 #define RENDER_FILM_BANDWIDTH_H
 

@@ -26,6 +26,7 @@ typedef struct GatherRun {
     const EyePoints *points;
     int y0, y1;
     double radius_pixels; /**< kernel radius in pixel footprints, times that of the pixel in `radius` */
+    double first_pixels;  /**< the same of the first pass, which tells wide kernels; 0: there are none */
     const float *radius;  /**< [pixel]; NULL: 1 everywhere */
     const atomic_bool *cancel;
 } GatherRun;
