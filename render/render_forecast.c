@@ -27,7 +27,6 @@ static const Powers powers[ERROR_PARTS] = {[ERROR_WAVES] = {1.5, 0, 0.84, 0.8},
 /* Another round must promise to be over in that part of what is left of this one. */
 #define ROUND_GAIN 0.85
 #define GROWTH_MIN 1.3
-#define GROWTH_MAX 16.0
 enum { GROWTH_STEPS = 16, HALVINGS = 24 };
 #define PASSES_MOST 1e7
 
@@ -55,11 +54,11 @@ double forecast_passes(const ErrorParts *e, double passes, double error, double 
 }
 
 NextRound forecast_round(const ErrorParts *e, double passes, double error, double most, double least) {
-    double growth_most = fmin(most, GROWTH_MAX), left = forecast_passes(e, passes, error, 1, least) - passes;
+    double left = forecast_passes(e, passes, error, 1, least) - passes;
     NextRound best = {0, left, 1};
-    if (growth_most < GROWTH_MIN) return best;
+    if (most < GROWTH_MIN) return best;
     for (int i = 1; i <= GROWTH_STEPS; i++) {
-        double growth = pow(growth_most, (double)i / GROWTH_STEPS), growth_s = pow(growth, PASS_TIME_POWER);
+        double growth = pow(most, (double)i / GROWTH_STEPS), growth_s = pow(growth, PASS_TIME_POWER);
         double cost = forecast_passes(e, passes, error, growth, least) * growth_s;
         if (growth >= GROWTH_MIN && cost < (best.growth > 0 ? best.cost : ROUND_GAIN * left))
             best = (NextRound){growth, cost, growth_s};

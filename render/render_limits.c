@@ -3,9 +3,10 @@
  *
  * A render of so many photons has passes of a known size. One that is to reach an error, or to take a time,
  * has rounds: passes of few photons first, so that what little does is not paid for with more; and when these
- * tell that it takes many times as much, passes that are larger, from the start. Nothing is kept of the small
- * ones but the picture until there is another: their kernels are wide, and their grids coarse. A round takes
- * several times what the last one took, so all that are left behind cost a fraction of it. */
+ * tell that it is done sooner so, passes that are larger, from the start. Nothing is kept of the small
+ * ones but the picture until there is another: their kernels are wide, and their grids coarse. Where
+ * that pays a round is a part of what the next one takes, so all that are left behind cost a fraction of it.
+ */
 #include "render/render_pass_state.h"
 
 #include <stdlib.h>
@@ -96,6 +97,10 @@ static bool larger_paid(const PastRound *past, double error) {
            log(past->error / error) >= ROUND_EXPONENT_LEAST * log(past->growth);
 }
 
+static double growth_most(const cau_render *r) {
+    return fmin((double)r->pass_most / r->photons_per_pass, ROUND_GROWTH_MAX);
+}
+
 static double passes_told(const cau_render *r) { return r->view ? PASSES_TOLD_WAVES : PASSES_TOLD; }
 
 /* How many times as large the passes of another round should be; 0: this one goes on. `times`: what this one
@@ -103,12 +108,11 @@ static double passes_told(const cau_render *r) { return r->view ? PASSES_TOLD_WA
  * limit. */
 static double growth_wanted(const PassState *s, double now_s, const ErrorParts *e, double *times) {
     const cau_render *r = s->r;
-    double passes = (double)r->passes, growth = ROUND_GROWTH_MAX, needed = INFINITY;
+    double passes = (double)r->passes, growth = growth_most(r), needed = INFINITY;
     *times = 1;
     if (!has_rounds(r) || r->photons_per_pass >= r->pass_most || !larger_paid(&r->past, e->total)) return 0;
     if (r->options.error > 0 && e->total > 0) {
-        double most = (double)r->pass_most / r->photons_per_pass;
-        growth = forecast_round(e, passes, r->options.error, most, passes_told(r)).growth;
+        growth = forecast_round(e, passes, r->options.error, growth, passes_told(r)).growth;
         needed = forecast_passes(e, passes, r->options.error, 1, passes_told(r));
     }
     if (r->options.time_s > 0) {
@@ -125,7 +129,7 @@ static double growth_wanted(const PassState *s, double now_s, const ErrorParts *
  * look begins. */
 static double error_left_s(const PassState *s, double now_s, const ErrorParts *e) {
     const cau_render *r = s->r;
-    double passes = (double)r->passes, times, most = (double)r->pass_most / r->photons_per_pass;
+    double passes = (double)r->passes, times, most = growth_most(r);
     ErrorParts even = *e;
     Course course = forecast_course(e, passes, &s->round.past);
     even.total = course.error;

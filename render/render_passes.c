@@ -81,6 +81,9 @@ static cau_result group_lights(PassState *s, size_t g, int kind, GatherRun *gath
     return CAU_OK;
 }
 
+/* What learned radii are multiplied by when so many photons are there. */
+static double radius_shrink(double photons) { return pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT); }
+
 static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, CauError *err) {
     cau_render *r = s->r;
     RenderGroup *group = &r->groups[g];
@@ -90,7 +93,7 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, Ca
         .y0 = r->region[1],
         .y1 = r->region[3],
         .radius_pixels = shrink,
-        .first_pixels = pow(r->photons_per_pass / RADIUS_PHOTONS, RADIUS_EXPONENT),
+        .first_pixels = radius_shrink(r->photons_per_pass),
         .radius = group->kernels[kind].radius,
         .cancel = &r->cancel};
     if (!kind) CAU_TRY(look_learn(s, g, err));
@@ -156,8 +159,7 @@ static cau_result photon_pass(PassState *s, CauError *err) {
     few.samples = (uint32_t)fmax(few.samples ? 1 : 0, TRIAL_SHARE * few.samples);
     if (r->pass == 0) CAU_TRY(eye_trace(&few, r->pool, &s->trial_points, err));
     CAU_TRY(eye_trace(&s->eye, r->pool, &s->points, err));
-    double photons = (double)(r->pass + 1) * r->photons_per_pass;
-    double shrink = pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT);
+    double shrink = radius_shrink((double)(r->pass + 1) * r->photons_per_pass);
     for (int kind = 0; kind < 2; kind++)
         for (size_t g = 0; g < r->group_count; g++)
             /* A render that was stopped within a pass goes on with those who lack it. */

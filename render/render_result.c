@@ -128,17 +128,17 @@ ErrorParts render_error_parts(const cau_render *r) {
             const Film *f = film_of(&r->groups[g], k);
             any |= f != NULL;
             enough &= !f || film_passes(f) > 1;
-            if (f)
-                e.bias[part_of(r, g, k)] += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[k]);
+            if (!f) continue;
+            ErrorPart part = part_of(r, g, k); /* asks every light: not at every pixel */
+            e.bias[part] += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[k]);
+            for (size_t i = 0; i < values; i++) e.noise[part] += square(film_error(f, i));
         }
     for (size_t i = 0; any && i < values; i++) {
         double mean = 0;
         for (size_t g = 0; g < r->group_count; g++)
             for (int k = 0; k < 2; k++) {
                 const Film *f = film_of(&r->groups[g], k);
-                if (!f) continue;
-                e.noise[part_of(r, g, k)] += square(film_error(f, i));
-                mean += film_mean(f, i);
+                if (f) mean += film_mean(f, i);
             }
         square_sum += mean * mean;
     }

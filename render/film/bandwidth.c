@@ -115,8 +115,7 @@ static double balance(double old, double noise, double bias) {
     return old * pow(noise / (12 * fmax(bias - BIAS_CHANCE * noise, BIAS_LEAST * noise)), 1.0 / 6);
 }
 
-/* For every pixel. Returns the share of the
- * light whose kernels are still falling. */
+/* For every pixel. Returns the share of the light whose kernels are still falling. */
 static double choose(Bandwidth *b, const Sums *s, const double *cost, const BandwidthTrial *t) {
     double shrink = t->shrink, falling = 0, all = s->light[sums_place(s, s->width, s->height)];
     for (int y = 0; y < b->height; y++)

@@ -65,6 +65,7 @@ class Accuracy(unittest.TestCase):
         self.assertGreater(photons[1], 1.3 * photons[2])
         w, photons = ([float(r["nrmse"]) for r in rows if r["estimator"] == e] for e in "WP")
         self.assertGreater(photons[2], 1.5 * w[2])
+        self.assertLess(w[2], 0.012)
         for r in rows[1:]:
             self.assertAlmostEqual(float(r["energy"]), 1, delta=0.05)
         self.assertEqual(len(re.findall(r"^\| [WP] \| .*%", p.stdout, re.M)), 6, p.stdout)

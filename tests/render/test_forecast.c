@@ -45,7 +45,7 @@ static void rounds_grow_with_the_way(void **state) {
     assert_true(forecast_round(&e, 8, 0.02, 1, 8).growth == 0);
     double before = 1;
     for (double error = 0.06; error > 0.03; error -= 0.01) {
-        NextRound round = forecast_round(&e, 8, error, 64, 8);
+        NextRound round = forecast_round(&e, 8, error, 16, 8);
         assert_true(round.growth > before && round.growth <= 16);
         assert_true(round.cost < forecast_passes(&e, 8, error, 1, 8) - 8);
         before = round.growth;

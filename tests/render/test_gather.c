@@ -328,14 +328,13 @@ static void learned_radius_balances_noise_and_bias(void **state) {
     for (int y = 4; y < H - 4; y += 6) {
         double found = (double)b.radius[y * W + 10], flat = (double)b.radius[y * W + W - 10];
         if (fabs(found / best - 1) > 0.1) fail_msg("radius %g where %g is best", found, best);
-        if (flat < 1.2 * radius || flat > 1.6 * radius)
+        if (flat < 1.2 * radius || flat > 1.7 * radius)
             fail_msg("radius %g from %g without bias", flat, radius);
     }
-    for (int i = 0; i < W * H; i++)
-        cost[i] = 250; /* so many times what is allowed: 0.63 of the radius at most */
+    for (int i = 0; i < W * H; i++) cost[i] = 400; /* four times what is allowed: half the radius at most */
     float before = b.radius[W - 10];
     assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, &trial, &falling, &err), CAU_OK);
-    assert_true((double)b.radius[W - 10] <= 0.633 * (double)before);
+    assert_true((double)b.radius[W - 10] <= 0.501 * (double)before);
     /* Cost alone makes no kernel narrower than 2 footprints; strong bias does. */
     for (int k = 0; k < 8; k++)
         assert_int_equal(bandwidth_learn(&b, &film, bias_film, cost, &trial, &falling, &err), CAU_OK);
