@@ -106,13 +106,13 @@ static cau_result set_share(cau_render *r, CauError *err) {
     return CAU_OK;
 }
 
-static double pixel_count(const cau_render *r) {
+double render_pixel_count(const cau_render *r) {
     return (double)(r->region[2] - r->region[0]) * (r->region[3] - r->region[1]);
 }
 
 double render_pass_least(const cau_render *r, bool waves) {
     int least = waves ? PASS_LEAST_WAVES : PASS_LEAST_PHOTONS;
-    return fmax(pixel_count(r) / (waves ? PASS_PIXELS_WAVES : PASS_PIXELS_PHOTONS), least);
+    return fmax(render_pixel_count(r) / (waves ? PASS_PIXELS_WAVES : PASS_PIXELS_PHOTONS), least);
 }
 
 static void set_budget(cau_render *r) {
@@ -121,7 +121,7 @@ static void set_budget(cau_render *r) {
     /* A deposit costs about 100 bytes with its sorted copy and keys; a photon leaves a few. An eighth of the
      * budget is theirs. */
     uint64_t most = memory / 8 / 500;
-    double pixels = pixel_count(r), large = n ? fmin(pixels, (double)n / PASSES_LARGE) : pixels;
+    double pixels = render_pixel_count(r), large = n ? fmin(pixels, (double)n / PASSES_LARGE) : pixels;
     most = (uint64_t)fmin((double)most, fmax(PASS_PHOTONS, large));
     if (most < 1024) most = 1024;
     if (r->options.estimator == CAU_ESTIMATOR_R)

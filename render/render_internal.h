@@ -22,24 +22,36 @@
 /** An eye path of a wavefront's layer costs as much as this many of its rays. */
 #define RENDER_RAYS_PER_LOOK 4.0
 
-/** Which estimator is the quicker one, by what rounds tell: render_race.c. All of it is part of a render's
- * state. */
-typedef struct RaceTry {
-    double switched;   /**< 1: its lights have the estimator that the plan did not choose */
-    double cost_mrays; /**< of the plan's choice in the first round, millions of rays */
-    double error;      /**< that this reached; 0: not known */
-} RaceTry;
-typedef struct Race {
-    double stage; /**< 0: the plan's choice; 1: the other estimator is tried; 2: decided */
-    double scale; /**< of the passes that the plan's choice was to have next */
-    double error; /**< of all layers that it had reached */
-} Race;
-
 /** What the passes before the present, larger ones told; part of a render's state. */
 typedef struct PastRound {
     double growth; /**< of the passes' size after them; 0: there were none */
     double error;  /**< of all layers */
 } PastRound;
+
+/** What an error is made of. */
+typedef enum ErrorPart { ERROR_WAVES, ERROR_PHOTONS, ERROR_PATHS, ERROR_PARTS } ErrorPart;
+typedef struct ErrorParts {
+    double total; /**< relative to the RMS; negative: not known */
+    double noise[ERROR_PARTS],
+        bias[ERROR_PARTS]; /**< sums of squares over the picture, of the layers drawn by each;
+                              left-over photons of wavefronts count as these */
+} ErrorParts;
+
+/** Which estimator is the quicker one, by what rounds tell: render_race.c. All of it is part of a render's
+ * state. */
+typedef struct RaceTry {
+    double switched;   /**< 1: its lights have the estimator that the plan did not choose */
+    double cost_mrays; /**< of a pass of the plan's choice, millions of rays */
+    double passes;     /**< that it had */
+    double growth;     /**< of these, at most */
+    ErrorParts error;  /**< that they reached; 0 in all: not known */
+} RaceTry;
+typedef struct Race {
+    double stage;   /**< 0: the plan's choice; 1: the other estimator is tried; 2: decided */
+    double scale;   /**< of the passes that the plan's choice was to have next */
+    double mrays;   /**< that the trial was thought to take, millions */
+    PastRound past; /**< of the plan's choice */
+} Race;
 
 /** One layer group: the lights that share a layer name. */
 typedef struct RenderGroup {
@@ -53,6 +65,7 @@ typedef struct RenderGroup {
     FluxAccount accounts[2],
         bent[2];              /**< sums over passes, see photons.h; photons of lamps, of bent normals */
     FluxAccount wave_account; /**< of estimator W */
+    uint64_t eye_points[2];   /**< at which layers were gathered: sums over passes */
     RaceTry race;
 } RenderGroup;
 
@@ -68,6 +81,7 @@ static inline void group_accounts_clear(RenderGroup *g) {
     memset(g->accounts, 0, sizeof g->accounts);
     memset(g->bent, 0, sizeof g->bent);
     memset(&g->wave_account, 0, sizeof g->wave_account);
+    memset(g->eye_points, 0, sizeof g->eye_points);
 }
 
 struct cau_render {
@@ -129,6 +143,9 @@ bool render_waves_draw(const cau_render *r, size_t group, int kind);
 /** Sends the probes and makes r->plan. */
 cau_result render_probe(cau_render *r, CauError *err);
 
+/** Of the region. */
+double render_pixel_count(const cau_render *r);
+
 /** Photons, or rays of wavefronts, of a first pass in a render that is limited by error or time. */
 double render_pass_least(const cau_render *r, bool waves);
 
@@ -174,21 +191,12 @@ double look_pass_most(const cau_render *r, double most);
 /** Seconds of a steady clock. */
 double render_clock_s(void);
 
-/** Error of a group's layer so far, noise and bias, relative to its RMS; negative: not known. */
-double render_layer_error(const RenderGroup *group, int kind);
-
 /** Error of the sum of all layers so far: RMS of its standard error over its RMS; negative: not known. */
 double render_total_error(const cau_render *r);
 
-/** What it is made of. */
-typedef enum ErrorPart { ERROR_WAVES, ERROR_PHOTONS, ERROR_PATHS, ERROR_PARTS } ErrorPart;
-typedef struct ErrorParts {
-    double total; /**< as render_total_error() has it */
-    double noise[ERROR_PARTS],
-        bias[ERROR_PARTS]; /**< sums of squares over the picture, of the layers drawn by each;
-                              left-over photons of wavefronts count as these */
-} ErrorParts;
+/** The same with what it is made of; of all layers, and of a group's direct layer alone. */
 ErrorParts render_error_parts(const cau_render *r);
+ErrorParts render_layer_parts(const cau_render *r, size_t group);
 
 /** Stores progress under the mutex. */
 void render_report(cau_render *r, const char *stage, double error, double remaining_s);

@@ -97,7 +97,7 @@ static bool larger_paid(const PastRound *past, double error) {
            log(past->error / error) >= ROUND_EXPONENT_LEAST * log(past->growth);
 }
 
-static double growth_most(const cau_render *r) {
+double limits_growth_most(const cau_render *r) {
     return fmin((double)r->pass_most / r->photons_per_pass, ROUND_GROWTH_MAX);
 }
 
@@ -108,9 +108,10 @@ static double passes_told(const cau_render *r) { return r->view ? PASSES_TOLD_WA
  * limit. */
 static double growth_wanted(const PassState *s, double now_s, const ErrorParts *e, double *times) {
     const cau_render *r = s->r;
-    double passes = (double)r->passes, growth = growth_most(r), needed = INFINITY;
+    double passes = (double)r->passes, growth = limits_growth_most(r), needed = INFINITY;
+    bool larger = r->photons_per_pass < r->pass_most && larger_paid(&r->past, e->total);
     *times = 1;
-    if (!has_rounds(r) || r->photons_per_pass >= r->pass_most || !larger_paid(&r->past, e->total)) return 0;
+    if (!has_rounds(r)) return 0;
     if (r->options.error > 0 && e->total > 0) {
         growth = forecast_round(e, passes, r->options.error, growth, passes_told(r)).growth;
         needed = forecast_passes(e, passes, r->options.error, 1, passes_told(r));
@@ -122,22 +123,22 @@ static double growth_wanted(const PassState *s, double now_s, const ErrorParts *
         if (needed < (render_waves_alone(r) ? ROUND_LEAST_WAVES : ROUND_LEAST_PHOTONS) * passes) growth = 0;
     }
     *times = needed / passes;
-    return growth > 1 ? growth : 0;
+    return larger && growth > 1 ? growth : 0;
 }
 
 /* Seconds until the error is met, as a look will find: at the end of this round, or of another that the next
  * look begins. */
 static double error_left_s(const PassState *s, double now_s, const ErrorParts *e) {
     const cau_render *r = s->r;
-    double passes = (double)r->passes, times, most = growth_most(r);
+    double passes = (double)r->passes, times, most = limits_growth_most(r);
     ErrorParts even = *e;
     Course course = forecast_course(e, passes, &s->round.past);
     even.total = course.error;
     if (!(growth_wanted(s, now_s, e, &times) > 0)) most = 1;
     NextRound round = forecast_round(&even, passes, r->options.error, most, passes_told(r));
     if (round.growth > 0)
-        return pass_seconds(s, now_s) *
-               (fmax(PASSES_TOLD - passes, 0) + round.cost + learning_passes(s, now_s) * round.growth_s);
+        return pass_seconds(s, now_s) * (fmax(PASSES_TOLD - passes, 0) + FORECAST_SLIP * round.cost +
+                                            learning_passes(s, now_s) * round.growth_s);
     uint64_t look = s->round.check;
     double all = passes * pow(1 + round.cost / passes, 1 / course.speed);
     while ((double)look < all) look = next_check(look);
@@ -193,7 +194,7 @@ cau_result limits_met(PassState *s, bool *met, CauError *err) {
     if (*met) return CAU_OK;
     /* The error costs a walk over all films: not after every short pass. Whether it will do is asked after
      * the same passes always, so that the picture does not depend on the machine. */
-    bool check = r->passes == s->round.check;
+    bool check = r->passes == s->round.check || race_overspent(r);
     if (!check && now_s - s->round.reported_s < REPORT_S) return CAU_OK;
     s->round.reported_s = now_s;
     ErrorParts e = render_error_parts(r);

@@ -101,6 +101,10 @@ typedef struct NextRound {
     double growth, cost;
     double growth_s; /**< how many times as long its passes take */
 } NextRound;
+/* In the mean a round to come takes so many times as long: what it lacks at its first look passes of one size
+ * make up for slowly. Geometric mean over 24 casters of bench/plan, to a third and an eighth of the first
+ * error. */
+#define FORECAST_SLIP 1.6
 NextRound forecast_round(const ErrorParts *e, double passes, double error, double most, double least);
 /** What a round's errors so far tell: the one at hand, evened by those of the last quarter of the passes, and
  * the power of what is expected of the passes with which errors have fallen. */
@@ -109,6 +113,8 @@ typedef struct Course {
 } Course;
 Course forecast_course(const ErrorParts *e, double passes, const PastErrors *past);
 
+/** How many times as large as now passes could be. */
+double limits_growth_most(const cau_render *r);
 /** Before the first pass of a round. */
 void limits_begin(PassState *s);
 /** After every pass: is the render done? Reports progress. What little is known may call for larger passes:
@@ -121,6 +127,8 @@ cau_result limits_met(PassState *s, bool *met, CauError *err);
 cau_result race_step(PassState *s, double error, double times, double growth, bool *restart, CauError *err);
 /** Whether the passes at hand are such a trial's. */
 bool race_tries(const cau_render *r);
+/** Such a trial takes more than it is worth. */
+bool race_overspent(const cau_render *r);
 /** Before the first pass: a state that was gone on from may be all there is to do. */
 bool limits_all_passes(const cau_render *r);
 

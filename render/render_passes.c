@@ -84,6 +84,12 @@ static cau_result group_lights(PassState *s, size_t g, int kind, GatherRun *gath
 /* What learned radii are multiplied by when so many photons are there. */
 static double radius_shrink(double photons) { return pow(photons / RADIUS_PHOTONS, RADIUS_EXPONENT); }
 
+static uint64_t eye_point_count(const GatherRun *gather) {
+    uint64_t count = 0;
+    for (int y = gather->y0; y < gather->y1; y++) count += gather->points->rows[y].count;
+    return count;
+}
+
 static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, CauError *err) {
     cau_render *r = s->r;
     RenderGroup *group = &r->groups[g];
@@ -113,7 +119,10 @@ static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, Ca
     bool tried = group->kernels[kind].tried || render_waves_draw(r, g, kind);
     if (result != CAU_OK || s->learning) *group = before;
     if (result == CAU_OK) kernels_settle(group, kind, tried);
-    if (result == CAU_OK && !s->learning) add_to_films(s, group, kind);
+    if (result == CAU_OK && !s->learning) {
+        add_to_films(s, group, kind);
+        group->eye_points[kind] += eye_point_count(&gather);
+    }
     s->images = full;
     return result;
 }

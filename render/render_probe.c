@@ -234,7 +234,8 @@ static cau_result probe_hits(Probe *p, LightProbe *probes, CauError *err) {
     return CAU_OK;
 }
 
-static cau_result probe_wave(const Probe *p, size_t light, size_t object, WaveCost *cost, CauError *err) {
+static cau_result probe_wave(
+    const Probe *p, size_t light, size_t object, double enough, WaveCost *cost, CauError *err) {
     cau_render *r = p->r;
     WaveRun run = {.scene = &r->scene,
         .trace = r->trace,
@@ -246,7 +247,7 @@ static cau_result probe_wave(const Probe *p, size_t light, size_t object, WaveCo
         .places = 1,
         .cancel = &r->cancel};
     WaveProbe found;
-    CAU_TRY(wave_probe(&run, (int)object, &found, err));
+    CAU_TRY(wave_probe(&run, (int)object, enough, &found, err));
     double all = found.left + found.landed;
     *cost = (WaveCost){.rays = (double)found.rays / (double)found.corners,
         .left = all > 0 ? found.left / all : 0,
@@ -262,17 +263,17 @@ static cau_result probe_waves(Probe *p, LightProbe *probes, CauError *err) {
         if (!probes[i].wave) return error_set(err, CAU_ERROR_RESOURCE, "out of memory for the probes");
         for (size_t o = 0; o < r->scene.object_count; o++)
             if (r->waved[o] && r->scene.lights[i].casts)
-                CAU_TRY(probe_wave(p, i, o, &probes[i].wave[o], err));
+                CAU_TRY(probe_wave(p, i, o, PLAN_WAVE_DEAR * probes[i].photon_rays, &probes[i].wave[o], err));
     }
     return CAU_OK;
 }
 
 static cau_result probe_all(Probe *p, LightProbe *probes, Spread *spreads, CauError *err) {
-    CAU_TRY(probe_waves(p, probes, err));
     for (uint32_t pass = 0; pass < PROBE_PASSES; pass++) {
         CAU_TRY(probe_cycles(p, pass, probes, err));
         CAU_TRY(probe_photons(p, probes, spreads, pass, err));
     }
+    CAU_TRY(probe_waves(p, probes, err)); /* photons tell what is dear */
     for (size_t i = 0; i < p->scene.light_count; i++) {
         spread_result(&spreads[2 * i], &probes[i].direct_mean, &probes[i].direct_error);
         spread_result(&spreads[2 * i + 1], &probes[i].indirect_mean, &probes[i].indirect_error);

@@ -1,24 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which estimator is the quicker one, by what rounds tell.
+/* Which estimator is the quicker one, by what passes tell.
  *
  * The plan chooses by probes, and is wrong now and then: by tenfold where a mesh is bumpy or a light meets
- * many interfaces. A render to an error or a time that has long to go after its first round affords a round
- * of the other estimator, and whichever then promises the error for less goes on. What it takes is counted in
- * rays, not in seconds, for the picture must not depend on the machine. */
+ * many interfaces. A render to an error or a time that has long to go affords some passes of the other
+ * estimator, and whichever then promises the error for less goes on. What it takes is counted in rays, not in
+ * seconds, for the picture must not depend on the machine. */
 #include "render/render_pass_state.h"
 
-/* Passes of a trial, and the share of what the plan's choice has still to do that it may cost. */
+/* Passes of a trial, and the share of what the plan's choice has still to do that it may cost: as much as
+ * pays when it wins every other time. So half of what the choice did counts too, which would be in vain where
+ * it is right and has no larger passes to begin with anyway. */
 #define TRIAL_PASSES 8.0
-#define TRIAL_SHARE 0.25
+#define TRIAL_SHARE 0.45
+#define VAIN_SHARE 0.5
 /* Rays of a wavefront's pass over those of its corners: cells are split, and some passes draw it twice. */
 #define SPLIT_RAYS 2.5
+/* Eye paths of a pass of few photons over these: some look closer where kernels are narrow. */
+#define LOOKS_PER_PHOTON 4.0
+/* A trial that takes so many times what was thought is lost. */
+#define TRIAL_MOST 3.0
 /* Beyond this blur places on a light are what wavefronts lack, however smooth the caster is. */
 #define TRIAL_BLUR_MAX 2.5
 /* What one promises must be so many times better: neither knows its error well. */
 #define MARGIN 1.2
-/* Powers of the rays with which errors fall from here on. */
-#define EXPONENT_WAVES 0.55
-#define EXPONENT_PHOTONS 0.4
 
 enum { RACE_OPEN, RACE_TRIED, RACE_DECIDED };
 
@@ -40,39 +44,59 @@ static void group_use(cau_render *r, size_t g, bool other) {
     }
 }
 
-static double group_cost(const cau_render *r, const RenderGroup *g) {
-    double rays = (double)(g->accounts[0].rays + g->wave_account.rays);
-    size_t pixels = (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
-    double looks = 0;
-    for (size_t i = 0; g->looks && i < pixels; i++) looks += g->looks[i];
-    return 1e-6 * (rays + RENDER_RAYS_PER_LOOK * looks * (double)r->passes);
+/* Of its direct layer so far, in millions of rays. Wavefronts are drawn into every pixel. */
+static double group_cost(const cau_render *r, size_t group) {
+    const RenderGroup *g = &r->groups[group];
+    double rays = (double)(g->accounts[0].rays + g->wave_account.rays), looks = (double)g->eye_points[0];
+    if (render_waves_draw(r, group, 0)) looks += render_pixel_count(r) * (double)r->passes;
+    return 1e-6 * (rays + RENDER_RAYS_PER_LOOK * looks);
 }
 
-/* Rays, in millions, until the error is met. */
-static double cost_until(double cost, double error, double target, bool waves) {
-    if (!(error > 0)) return INFINITY;
-    return cost * pow(fmax(error / target, 1), 1 / (waves ? EXPONENT_WAVES : EXPONENT_PHOTONS));
+/* What the present passes of a group tell; of the error's parts their shares alone. */
+static RaceTry told(const cau_render *r, size_t g) {
+    RaceTry t = {.passes = (double)r->passes, .growth = limits_growth_most(r)};
+    t.cost_mrays = group_cost(r, g) / t.passes;
+    ErrorParts e = render_layer_parts(r, g);
+    double sum = 0;
+    for (int i = 0; i < ERROR_PARTS; i++) sum += e.noise[i] + e.bias[i];
+    if (!(e.total > 0) || !(sum > 0)) return t;
+    for (int i = 0; i < ERROR_PARTS; i++) {
+        t.error.noise[i] = e.noise[i] / sum;
+        t.error.bias[i] = e.bias[i] / sum;
+    }
+    t.error.total = e.total;
+    return t;
+}
+
+/* Millions of rays until the error is met; infinite where nothing is known. `kept`: the passes so far are
+ * there to go on with. */
+static double left_of(const RaceTry *t, double target, bool kept) {
+    if (!(t->error.total > 0)) return INFINITY;
+    NextRound next = forecast_round(&t->error, t->passes, target, t->growth, TRIAL_PASSES);
+    if (next.growth > 0) return t->cost_mrays * next.cost * FORECAST_SLIP;
+    return t->cost_mrays * (next.cost + (kept ? 0 : t->passes));
 }
 
 /* What a trial of the other estimator takes; infinite where there is none worth it. */
 static double trial_cost(const cau_render *r, size_t g) {
     bool waves = group_chosen(r, g);
-    double cost = 0, least = render_pass_least(r, !waves);
+    double rays = 0, least = render_pass_least(r, !waves);
+    double looks = waves ? LOOKS_PER_PHOTON * least : render_pixel_count(r);
     for (size_t i = 0; i < r->scene.light_count; i++) {
         const LightPlan *plan = &r->plan.lights[i];
         if (r->group_of_light[i] != g || !plan->may_wave || plan->chosen != waves) continue;
         if (!waves && plan->blur_pixels > TRIAL_BLUR_MAX) return INFINITY;
-        cost += 1e-6 * TRIAL_PASSES * least * (waves ? plan->photon_rays : SPLIT_RAYS * plan->wave_rays);
+        rays += least * (waves ? plan->photon_rays : SPLIT_RAYS * plan->wave_rays);
     }
-    return cost > 0 ? cost : INFINITY;
+    return rays > 0 ? 1e-6 * TRIAL_PASSES * (rays + RENDER_RAYS_PER_LOOK * looks) : INFINITY;
 }
 
 /* The films' estimators have changed: all starts over. */
-static cau_result switched(PassState *s, double scale, CauError *err) {
+static cau_result switched(PassState *s, double scale, PastRound past, CauError *err) {
     cau_render *r = s->r;
     r->passes = 0;
     r->pass_scale = scale;
-    r->past = (PastRound){0};
+    r->past = past;
     for (size_t g = 0; g < r->group_count; g++) group_accounts_clear(&r->groups[g]);
     CAU_TRY(render_equip(r, err));
     waves_free(s);
@@ -98,60 +122,64 @@ static double target_of(const cau_render *r, double a, double b) {
 
 bool race_tries(const cau_render *r) { return r->race.stage == RACE_TRIED; }
 
-/* `times`: what the plan's choice needs in all, over what it took, where a time is the limit. */
+bool race_overspent(const cau_render *r) {
+    double cost = 0;
+    for (size_t g = 0; race_tries(r) && g < r->group_count; g++)
+        if (r->groups[g].race.switched > 0) cost += group_cost(r, g);
+    return cost > TRIAL_MOST * r->race.mrays;
+}
+
+/* What the plan's choice has still to do in all, where a time is the limit as well: `times` what it did. */
+static double race_left(const cau_render *r, const RaceTry *t, double times) {
+    double left = r->options.time_s > 0 ? t->cost_mrays * t->passes * (times - 1) : INFINITY;
+    return r->options.error > 0 ? fmin(left, left_of(t, r->options.error, true)) : left;
+}
+
 static cau_result race_try(
     PassState *s, double error, double times, double growth, bool *restart, CauError *err) {
     cau_render *r = s->r;
-    double cost = 0, left = 0;
+    double cost = 0, left = 0, in_vain = 0;
     for (size_t g = 0; g < r->group_count; g++) {
         RenderGroup *group = &r->groups[g];
         if (!group->direct) continue;
-        group->race = (RaceTry){0, group_cost(r, group), fmax(render_layer_error(group, 0), 0)};
-        double took = group->race.cost_mrays, all = r->options.time_s > 0 ? took * times : INFINITY;
-        if (r->options.error > 0)
-            all = fmin(all, cost_until(took, group->race.error, r->options.error, group_chosen(r, g)));
-        left += all - took;
+        group->race = told(r, g);
+        left += race_left(r, &group->race, times);
+        in_vain += growth > 0 ? 0 : group->race.cost_mrays * group->race.passes;
         double trial = trial_cost(r, g);
         group->race.switched = isfinite(trial);
         if (group->race.switched > 0) cost += trial;
     }
-    if (!(cost > 0) || cost > TRIAL_SHARE * left) {
+    if (!(cost > 0) || !isfinite(left) || cost + VAIN_SHARE * in_vain > TRIAL_SHARE * left) {
         for (size_t g = 0; g < r->group_count; g++) r->groups[g].race.switched = 0;
         return CAU_OK;
     }
     for (size_t g = 0; g < r->group_count; g++) group_use(r, g, r->groups[g].race.switched > 0);
-    r->race = (Race){RACE_TRIED, r->pass_scale * growth, fmax(error, 0)};
+    PastRound past = growth > 0 ? (PastRound){growth, fmax(error, 0)} : r->past;
+    r->race = (Race){RACE_TRIED, r->pass_scale * fmax(growth, 1), cost, past};
     *restart = true;
-    return switched(s, 1, err);
+    return switched(s, 1, (PastRound){0}, err);
 }
 
 /* The better of the two, for an error that the render is to reach, or one that is well below both. */
 static cau_result race_decide(PassState *s, bool *restart, CauError *err) {
     cau_render *r = s->r;
+    bool lost = race_overspent(r), other = false;
     r->race.stage = RACE_DECIDED;
     for (size_t g = 0; g < r->group_count; g++) {
-        RenderGroup *group = &r->groups[g];
-        RaceTry *race = &group->race;
-        if (!(race->switched > 0)) continue;
-        bool waves = !group_chosen(r, g);
-        double error = render_layer_error(group, 0), target = target_of(r, race->error, error);
-        double now = cost_until(group_cost(r, group), error, target, waves);
-        if (MARGIN * now < cost_until(race->cost_mrays, race->error, target, !waves)) continue;
+        RaceTry *first = &r->groups[g].race, now = told(r, g);
+        if (!(first->switched > 0)) continue;
+        double target = target_of(r, first->error.total, now.error.total);
+        bool better = !lost && MARGIN * left_of(&now, target, true) < left_of(first, target, false);
+        other |= better;
+        if (better) continue;
         group_use(r, g, false);
         *restart = true;
     }
-    if (!*restart) return CAU_OK;
-    CAU_TRY(switched(s, r->race.scale, err));
-    bool other = false;
-    for (size_t g = 0; g < r->group_count; g++) other |= r->groups[g].race.switched > 0;
-    if (!other) r->past = (PastRound){r->race.scale, r->race.error};
-    return CAU_OK;
+    return *restart ? switched(s, r->race.scale, other ? (PastRound){0} : r->race.past, err) : CAU_OK;
 }
 
 cau_result race_step(PassState *s, double error, double times, double growth, bool *restart, CauError *err) {
     *restart = false;
     if (s->r->race.stage == RACE_TRIED) return race_decide(s, restart, err);
-    if (s->r->race.stage == RACE_OPEN && growth > 0 && isfinite(times))
-        return race_try(s, error, times, growth, restart, err);
-    return CAU_OK;
+    return s->r->race.stage == RACE_OPEN ? race_try(s, error, times, growth, restart, err) : CAU_OK;
 }

@@ -118,20 +118,29 @@ static ErrorPart part_of(const cau_render *r, size_t g, int kind) {
     return render_waves_draw(r, g, kind) ? ERROR_WAVES : ERROR_PHOTONS;
 }
 
+static size_t value_count(const cau_render *r) {
+    return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
+}
+
+/* Adds a layer's parts. */
+static void add_parts(const cau_render *r, size_t g, int kind, const Film *f, ErrorParts *e) {
+    size_t values = value_count(r);
+    ErrorPart part = part_of(r, g, kind); /* asks every light: not at every pixel */
+    e->bias[part] += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[kind]);
+    for (size_t i = 0; i < values; i++) e->noise[part] += square(film_error(f, i));
+}
+
 ErrorParts render_error_parts(const cau_render *r) {
     ErrorParts e = {0};
     double square_sum = 0, noise = 0, bias = 0;
-    size_t values = 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
+    size_t values = value_count(r);
     bool any = false, enough = true;
     for (size_t g = 0; g < r->group_count; g++)
         for (int k = 0; k < 2; k++) {
             const Film *f = film_of(&r->groups[g], k);
             any |= f != NULL;
             enough &= !f || film_passes(f) > 1;
-            if (!f) continue;
-            ErrorPart part = part_of(r, g, k); /* asks every light: not at every pixel */
-            e.bias[part] += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[k]);
-            for (size_t i = 0; i < values; i++) e.noise[part] += square(film_error(f, i));
+            if (f) add_parts(r, g, k, f, &e);
         }
     for (size_t i = 0; any && i < values; i++) {
         double mean = 0;
@@ -190,14 +199,23 @@ static void film_report(const RenderGroup *g, int kind, double *error, double *b
     *error = hypot(figures.relative_error, *bias);
 }
 
-double render_layer_error(const RenderGroup *group, int kind) {
-    double error, bias, mean;
-    film_report(group, kind, &error, &bias, &mean);
-    return error;
+ErrorParts render_layer_parts(const cau_render *r, size_t group) {
+    ErrorParts e = {0};
+    const Film *f = film_of(&r->groups[group], 0);
+    double bias, mean;
+    if (f) add_parts(r, group, 0, f, &e);
+    film_report(&r->groups[group], 0, &e.total, &bias, &mean);
+    return e;
+}
+
+static const char *direct_estimator(const cau_render *r, size_t g) {
+    static const char *const names[ERROR_PARTS] = {
+        [ERROR_WAVES] = "W", [ERROR_PHOTONS] = "P", [ERROR_PATHS] = "R"};
+    return r->groups[g].direct ? names[part_of(r, g, 0)] : "";
 }
 
 cau_light_report cau_render_light(const cau_render *r, size_t index) {
-    if (index >= r->group_count) return (cau_light_report){.light = ""};
+    if (index >= r->group_count) return (cau_light_report){.light = "", .estimator_direct = ""};
     const RenderGroup *g = &r->groups[index];
     FluxAccount direct = g->accounts[0];
     flux_account_add(&direct, &g->wave_account);
@@ -205,7 +223,8 @@ cau_light_report cau_render_light(const cau_render *r, size_t index) {
         .direct = flux_in_watts(r, &direct),
         .indirect = flux_in_watts(r, &g->accounts[1]),
         .direct_bent = flux_in_watts(r, &g->bent[0]),
-        .indirect_bent = flux_in_watts(r, &g->bent[1])};
+        .indirect_bent = flux_in_watts(r, &g->bent[1]),
+        .estimator_direct = direct_estimator(r, index)};
     film_report(g, 0, &report.relative_error_direct, &report.bias_direct, &report.mean_direct);
     film_report(g, 1, &report.relative_error_indirect, &report.bias_indirect, &report.mean_indirect);
     return report;

@@ -11,10 +11,11 @@
 #include <stdio.h>
 
 enum { IDENTITY_MAX = 2048, BLOCK = 1024, SHOWN_MAX = 60 };
-static const char state_magic[8] = "CAUSTAT7";
+static const char state_magic[8] = "CAUSTAT8";
 #define STATE_BYTE_ORDER 0x0102030405060708u
-/* No kernel nor pass is ever scaled beyond this; a state that says so is damaged. */
-#define SCALE_MAX 65536.0
+/* No kernel nor pass is ever scaled beyond this, nor takes so many millions of rays; a state that says so is
+ * damaged. */
+#define SCALE_MAX 1e12
 
 /* How the parts of several shards become one. */
 typedef enum StateKind {
@@ -77,6 +78,7 @@ static cau_result walk_sums(cau_render *r, StateVisit visit, void *data) {
         group_films(g, films);
         for (size_t f = 0; f < GROUP_FILMS; f++) CAU_TRY(walk_film(films[f], visit, data));
         CAU_TRY(visit(data, &(StateItem){STATE_SCALE, g->radius_scale, NULL, 2}));
+        CAU_TRY(visit(data, &(StateItem){STATE_COUNT, g->eye_points, NULL, 2}));
         FluxAccount *accounts[] = {
             &g->accounts[0], &g->accounts[1], &g->bent[0], &g->bent[1], &g->wave_account};
         for (size_t a = 0; a < sizeof accounts / sizeof *accounts; a++)

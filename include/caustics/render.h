@@ -142,6 +142,8 @@ typedef struct cau_light_report {
     cau_flux direct, indirect;           /**< of photons that start at the lamp */
     cau_flux direct_bent, indirect_bent; /**< of those that start where Cycles bends a normal; 0: none do */
     double bias_direct, bias_indirect;   /**< the bias in the relative error; < 0: not rendered */
+    const char *estimator_direct; /**< of smooth paths in the direct layer, at the end: "W", "P" or "R"; "":
+                                     not rendered. The plan says what it was at first. */
 } cau_light_report;
 CAU_API size_t cau_render_light_count(const cau_render *render);
 CAU_API cau_light_report cau_render_light(const cau_render *render, size_t index);

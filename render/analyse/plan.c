@@ -83,8 +83,9 @@ static double upper_bound(double mean, double error, uint64_t deposits, uint64_t
 #define BENT_SHARE_FULL 0.01
 #define BENT_LEAST (1.0 / 16)
 /* A render that has rounds begins with photons where a corner takes so many times the rays of one: they may
- * be done before wavefronts are past their first round. */
-#define WAVE_DEAR 16.0
+ * be done before wavefronts are past their first round, and a trial (render_race.c) puts right what is not.
+ */
+#define WAVE_DEAR_AT_FIRST 5.0
 /* What estimator W may leave out of its long paths; beyond it photons carry them. */
 #define DEEP_SHARE 1e-4
 
@@ -129,7 +130,8 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
                  (plan_wave_pays(&cost) && plan_blur_pays(&cost, probe->blur_pixels, scene->camera.width));
     bool possible = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && !world;
     plan->may_wave = possible && choice->estimator == PLAN_ESTIMATOR_AUTO;
-    bool waits = plan->may_wave && choice->rounds && cost.rays > WAVE_DEAR * probe->photon_rays;
+    double dear = choice->rounds ? WAVE_DEAR_AT_FIRST : PLAN_WAVE_DEAR;
+    bool waits = plan->may_wave && cost.rays > dear * probe->photon_rays;
     plan->wave = plan->chosen = possible && small && !waits;
     plan->photons_beside = photons;
     plan->photons = plan->direct && (!plan->wave || photons);

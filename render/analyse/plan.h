@@ -67,6 +67,10 @@ enum { PLAN_INDIRECT_AUTO, PLAN_INDIRECT_ON, PLAN_INDIRECT_OFF };
 /** The share of a light's own contribution below which an effect is left out. */
 #define PLAN_LEAVE_OUT (1.0 / 500)
 
+/** Where a corner of a wavefront takes so many times the rays of a photon the light is estimator P's: of as
+ *  much time photons have made less error then. */
+#define PLAN_WAVE_DEAR 16.0
+
 enum { PLAN_ESTIMATOR_AUTO, PLAN_ESTIMATOR_P, PLAN_ESTIMATOR_W };
 
 /** What the user asked for. */

@@ -22,6 +22,7 @@ static json_t *light_json(const cau_light_report *r) {
         r->relative_error_direct, "error_indirect", r->relative_error_indirect, "mean_direct", r->mean_direct,
         "mean_indirect", r->mean_indirect, "flux_direct", flux_json(&r->direct), "flux_indirect",
         flux_json(&r->indirect));
+    json_object_set_new(all, "estimator_direct", json_string(r->estimator_direct));
     json_object_set_new(all, "bias_direct", json_real(r->bias_direct));
     json_object_set_new(all, "bias_indirect", json_real(r->bias_indirect));
     if (!r->direct_bent.photons && !r->indirect_bent.photons) return all;

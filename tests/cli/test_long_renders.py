@@ -132,6 +132,22 @@ class LongRenders(unittest.TestCase):
                 self.assertEqual(content(self.one), content(self.out))
                 os.unlink(self.state)
 
+    def test_resume_around_a_trial(self):
+        """To a small error a ball's photons are given up for wavefronts, when these have been tried; whatever stops a render there."""
+        what = [BALL, "--resolution", "32x18", "--quiet", "--effects", "direct", "--error", "0.008"]
+        report = os.path.join(self.folder.name, "report.json")
+        self.good(*what, "-o", self.one, "--threads", "1", "--report", report)
+        with open(report) as f:
+            figures = json.load(f)
+        self.assertIn("direct caustics by photons", figures["plan"])
+        self.assertEqual(figures["lights"][0]["estimator_direct"], "W")
+        self.assertLessEqual(figures["error"], 0.008)
+        for seconds in (0.5, 0.4, 0.5):
+            code = self.stopped(signal.SIGINT, seconds, *what, "-o", self.out, "--checkpoint", self.state, "--resume")
+            self.assertIn(code, (0, 3, -signal.SIGINT))
+        self.good(*what, "-o", self.out, "--checkpoint", self.state, "--resume", "--threads", "2")
+        self.assertEqual(content(self.one), content(self.out))
+
     def test_resume_of_a_shard(self):
         what = [self.two_lights, *SMALL, "--photons", "100000", "--estimator", "P"]
         self.good(*what, "-o", self.one)

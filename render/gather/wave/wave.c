@@ -8,7 +8,10 @@
 #include "core/rng.h"
 
 /* Tiles whose triangles are held at once; they depend on the grid alone, never on the threads. */
-enum { SEEN_BANDS = 8, CHUNK_TILES = 16, CELLS_MIN = 24, PROBE_CELLS = 48 };
+enum { SEEN_BANDS = 8, CHUNK_TILES = 16, CELLS_MIN = 24 };
+/* Of a probe: cells along a front and along a tile; the part of the tiles that tells enough of what is dear.
+ */
+enum { PROBE_CELLS = 48, PROBE_TILE = 12, PROBE_PART = 4 };
 
 typedef struct Tiles {
     WaveTile *items;
@@ -162,31 +165,40 @@ cau_result wave_pass(const WaveRun *run, WaveView *view, TaskPool *pool, const P
     return result;
 }
 
-cau_result wave_probe(const WaveRun *run, int object, WaveProbe *out, CauError *err) {
+/* Adds a tile's part. */
+static void probe_tile(const WaveRun *run, const WaveTile *tile, WaveBatch *batch, WaveProbe *out) {
+    wave_cells(run, NULL, false, tile, batch);
+    out->landed += batch->landed;
+    out->left += batch->left;
+    out->looked += batch->looked;
+    out->looked_flux += batch->looked_flux;
+    out->found += batch->found;
+    out->rays += batch->account.rays;
+    out->corners += (uint64_t)(tile->x1 - tile->x0 + 1) * (uint64_t)(tile->y1 - tile->y0 + 1);
+}
+
+/* Tiles of all fronts by turns, from all over each. */
+cau_result wave_probe(const WaveRun *run, int object, double enough, WaveProbe *out, CauError *err) {
+    enum { SIDE = PROBE_CELLS / PROBE_TILE, TILES = SIDE * SIDE, STRIDE = SIDE + 1 };
     *out = (WaveProbe){0};
     EmitStart start;
     run->light->kind->emit_start(run->light, 0.5, 0.5, &start);
     WaveFront fronts[WAVE_FRONTS_MAX];
     int count = wave_fronts(run, &start, object, fronts);
-    double looked = 0, flux = 0, found = 0;
     WaveBatch batch = {0};
-    cau_result result = CAU_OK;
-    for (int i = 0; i < count && result == CAU_OK; i++) {
-        fronts[i].n[0] = fronts[i].n[1] = PROBE_CELLS;
-        WaveTile tile = {&fronts[i], rng_combine(run->key, (uint64_t)i), 0, 0, PROBE_CELLS, PROBE_CELLS};
-        wave_cells(run, NULL, false, &tile, &batch);
-        out->landed += batch.landed;
-        out->left += batch.left;
-        looked += batch.looked;
-        flux += batch.looked_flux;
-        found += batch.found;
-        out->rays += batch.account.rays;
-        out->corners += (PROBE_CELLS + 1) * (PROBE_CELLS + 1);
-        if (batch.out_of_memory)
-            result = error_set(err, CAU_ERROR_RESOURCE, "out of memory for a wavefront's probe");
+    for (int k = 0; k < TILES && !batch.out_of_memory; k++) {
+        if (PROBE_PART * k >= TILES && (double)out->rays > enough * (double)out->corners) break;
+        int x = PROBE_TILE * (k * STRIDE % TILES % SIDE), y = PROBE_TILE * (k * STRIDE % TILES / SIDE);
+        for (int i = 0; i < count; i++) {
+            fronts[i].n[0] = fronts[i].n[1] = PROBE_CELLS;
+            WaveTile tile = {
+                &fronts[i], rng_combine(run->key, (uint64_t)i), x, y, x + PROBE_TILE, y + PROBE_TILE};
+            probe_tile(run, &tile, &batch, out);
+        }
     }
-    out->noise = flux > 0 ? found * looked / square(flux) : 0;
+    out->noise = out->looked_flux > 0 ? out->found * out->looked / square(out->looked_flux) : 0;
     free(batch.triangles);
     free(batch.deposits);
-    return result;
+    return batch.out_of_memory ? error_set(err, CAU_ERROR_RESOURCE, "out of memory for a wavefront's probe")
+                               : CAU_OK;
 }

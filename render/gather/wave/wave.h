@@ -64,10 +64,11 @@ typedef struct WaveProbe {
     double left;   /**< flux that is left to photons */
     double noise; /**< variance of what single rays mend, in that of as many photons as there are triangles */
     uint64_t rays, corners;
+    double looked, looked_flux, found; /**< sums that the noise is made of */
 } WaveProbe;
 
-/** Traces it; on the calling thread. */
-cau_result wave_probe(const WaveRun *run, int object, WaveProbe *out, CauError *err);
+/** Traces it; on the calling thread. Where a corner takes more than `enough` rays a part of it will do. */
+cau_result wave_probe(const WaveRun *run, int object, double enough, WaveProbe *out, CauError *err);
 
 /** One replica of a light's smooth direct caustics. Adds radiance and irradiance to the images; appends what
  *  photons must do to `rest`; adds to the account (emitted: what met a waved caster first). */
