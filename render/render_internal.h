@@ -28,6 +28,17 @@ typedef struct PastRound {
     double error;  /**< of all layers */
 } PastRound;
 
+/** What a render to an error stated after so many passes of the present size: the last looks, in a ring; part
+ * of its state, for they settle when it ends. */
+typedef struct PastError {
+    double passes, error;
+} PastError;
+enum { PAST_ERRORS = 32 };
+typedef struct PastErrors {
+    PastError items[PAST_ERRORS];
+    double next; /**< a whole number */
+} PastErrors;
+
 /** What an error is made of. */
 typedef enum ErrorPart { ERROR_WAVES, ERROR_PHOTONS, ERROR_PATHS, ERROR_PARTS } ErrorPart;
 typedef struct ErrorParts {
@@ -114,6 +125,7 @@ struct cau_render {
     uint32_t pass_least, pass_most; /**< photons of a pass in a render that is limited by error or time */
     Race race;
     PastRound past;
+    PastErrors stated;
     double pass_scale; /**< its passes have so many times as many as pass_least; 0: not known yet, or no such
                           render */
     uint64_t passes;   /**< that the films hold; of a stopped render some films may hold one more */

@@ -22,8 +22,8 @@
 #define ROUND_GROWTH_MAX 16.0
 /* A round of larger passes that gained less than this power of their size was the last. */
 #define ROUND_EXPONENT_LEAST 0.25
-/* The error is looked at after every sixteenth part of the passes, and told every so many seconds. */
-enum { CHECK_PART = 16 };
+/* The error is looked at after every thirty-second part of the passes, and told every so many seconds. */
+enum { CHECK_PART = 32 };
 #define REPORT_S 0.2
 
 /* Fewer replicas cannot tell their own spread. Of wavefronts, which have no kernels wide enough to smooth
@@ -53,6 +53,7 @@ void limits_begin(PassState *s) {
 /* The next round ends when this one thought that it would, until it knows better. */
 static void begin_again(PassState *s) {
     double end_s = render_clock_s() + s->round.left_s;
+    s->r->stated = (PastErrors){0};
     limits_begin(s);
     s->round.end_s = end_s;
 }
@@ -132,13 +133,13 @@ static double error_left_s(const PassState *s, double now_s, const ErrorParts *e
     const cau_render *r = s->r;
     double passes = (double)r->passes, times, most = limits_growth_most(r);
     ErrorParts even = *e;
-    Course course = forecast_course(e, passes, &s->round.past);
+    Course course = forecast_course(e, passes, &s->r->stated);
     even.total = course.error;
     if (!(growth_wanted(s, now_s, e, &times) > 0)) most = 1;
     NextRound round = forecast_round(&even, passes, r->options.error, most, passes_told(r));
     if (round.growth > 0)
-        return pass_seconds(s, now_s) * (fmax(PASSES_TOLD - passes, 0) + FORECAST_SLIP * round.cost +
-                                            learning_passes(s, now_s) * round.growth_s);
+        return pass_seconds(s, now_s) *
+               (fmax(PASSES_TOLD - passes, 0) + round.cost + learning_passes(s, now_s) * round.growth_s);
     uint64_t look = s->round.check;
     double all = passes * pow(1 + round.cost / passes, 1 / course.speed);
     while ((double)look < all) look = next_check(look);
@@ -186,6 +187,22 @@ static cau_result next_round(PassState *s, double now_s, const ErrorParts *e, Ca
     return CAU_OK;
 }
 
+static void remember(PastErrors *past, double passes, double error) {
+    past->items[(size_t)past->next] = (PastError){passes, fmax(error, 0)};
+    past->next = (double)(((size_t)past->next + 1) % PAST_ERRORS);
+}
+
+/* What is stated goes up and down, and to stop where it is low by chance would be to state too little: what
+ * the last looks let expect has to do as well. A black picture says nothing of what larger passes might find.
+ */
+static bool error_met(const PassState *s, const ErrorParts *e) {
+    const cau_render *r = s->r;
+    double passes = (double)r->passes, error = r->options.error;
+    if (!(error > 0) || passes < passes_told(r) || !(e->total <= error) || e->total < 0) return false;
+    if (e->total == 0) return !has_rounds(r) || r->photons_per_pass >= r->pass_most;
+    return forecast_course(e, passes, &s->r->stated).error <= error;
+}
+
 cau_result limits_met(PassState *s, bool *met, CauError *err) {
     cau_render *r = s->r;
     double now_s = render_clock_s();
@@ -202,11 +219,7 @@ cau_result limits_met(PassState *s, bool *met, CauError *err) {
     render_report(r, "rendering", e.total, s->round.left_s);
     if (!check) return CAU_OK;
     s->round.check = next_check(r->passes);
-    PastErrors *past = &s->round.past;
-    past->items[past->next++ % PAST_ERRORS] = (PastError){(double)r->passes, e.total};
-    /* A black picture says nothing of what larger passes might find. */
-    bool largest = !has_rounds(r) || r->photons_per_pass >= r->pass_most;
-    *met = r->options.error > 0 && (double)r->passes >= passes_told(r) && e.total <= r->options.error &&
-           (e.total > 0 || (e.total == 0 && largest));
+    *met = error_met(s, &e);
+    if (r->options.error > 0) remember(&r->stated, (double)r->passes, e.total);
     return *met ? CAU_OK : next_round(s, now_s, &e, err);
 }

@@ -8,16 +8,6 @@
 
 #include "render/render_internal.h"
 
-/* What a render stated after so many passes: the last ones, in a ring. */
-typedef struct PastError {
-    double passes, error;
-} PastError;
-enum { PAST_ERRORS = 16 };
-typedef struct PastErrors {
-    PastError items[PAST_ERRORS];
-    unsigned next;
-} PastErrors;
-
 /* Passes of one size. */
 typedef struct Round {
     double started_s, learned_s; /* learned_s: when its first pass was over */
@@ -25,7 +15,6 @@ typedef struct Round {
     uint64_t check;              /* the passes after which to ask whether it will do */
     double reported_s, left_s;   /* the last progress, and its forecast */
     double end_s; /* when the last round thought that the render would end; 0: there was none */
-    PastErrors past;
 } Round;
 
 /* What a pass that checks estimator W works with; empty where there is none. */
@@ -101,10 +90,6 @@ typedef struct NextRound {
     double growth, cost;
     double growth_s; /**< how many times as long its passes take */
 } NextRound;
-/* In the mean a round to come takes so many times as long: what it lacks at its first look passes of one size
- * make up for slowly. Geometric mean over 24 casters of bench/plan, to a third and an eighth of the first
- * error. */
-#define FORECAST_SLIP 1.6
 NextRound forecast_round(const ErrorParts *e, double passes, double error, double most, double least);
 /** What a round's errors so far tell: the one at hand, evened by those of the last quarter of the passes, and
  * the power of what is expected of the passes with which errors have fallen. */

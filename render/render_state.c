@@ -62,6 +62,7 @@ static cau_result walk_course(cau_render *r, StateVisit visit, void *data) {
     CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->pass_scale, NULL, 1}));
     CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->race, NULL, sizeof r->race / sizeof(double)}));
     CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->past, NULL, sizeof r->past / sizeof(double)}));
+    CAU_TRY(visit(data, &(StateItem){STATE_SCALE, &r->stated, NULL, sizeof r->stated / sizeof(double)}));
     for (size_t i = 0; i < r->group_count; i++) {
         RaceTry *race = &r->groups[i].race;
         CAU_TRY(visit(data, &(StateItem){STATE_SCALE, race, NULL, sizeof *race / sizeof(double)}));

@@ -40,7 +40,7 @@ static void parts_fall_as_they_do(void **state) {
 /* Far from the goal larger passes pay, the more the farther; near it, or where they may not grow, none. */
 static void rounds_grow_with_the_way(void **state) {
     (void)state;
-    ErrorParts e = {.total = 0.1, .noise[ERROR_PHOTONS] = 1, .bias[ERROR_PHOTONS] = 1};
+    ErrorParts e = {.total = 0.1, .noise[ERROR_WAVES] = 1, .bias[ERROR_WAVES] = 1};
     assert_true(forecast_round(&e, 8, 0.095, 16, 8).growth == 0);
     assert_true(forecast_round(&e, 8, 0.02, 1, 8).growth == 0);
     double before = 1;
@@ -50,6 +50,8 @@ static void rounds_grow_with_the_way(void **state) {
         assert_true(round.cost < forecast_passes(&e, 8, error, 1, 8) - 8);
         before = round.growth;
     }
+    ErrorParts photons = {.total = 0.1, .noise[ERROR_PHOTONS] = 1, .bias[ERROR_PHOTONS] = 1};
+    assert_true(forecast_round(&photons, 8, 0.03, 16, 8).growth > 1);
 }
 
 /* Errors that jump about a course are evened, by those of the last quarter of the passes. */
