@@ -193,22 +193,39 @@ double bandwidth_mean_bias2(const Bandwidth *b) {
 
 /* ---- neighbours ---- */
 
+static float nearer(float a, float b) { return b < a ? b : a; }
+
+/* From the row before it, which is known. */
+static void distances_across(float *row, const float *known, int width) {
+    const float diagonal = 1.41421356F;
+    for (int x = 0; x < width; x++) row[x] = nearer(row[x], known[x] + 1);
+    for (int x = 1; x < width; x++) row[x] = nearer(row[x], known[x - 1] + diagonal);
+    for (int x = 0; x + 1 < width; x++) row[x] = nearer(row[x], known[x + 1] + diagonal);
+}
+
 /* Distance in pixels to the nearest pixel that has 0, by two sweeps. */
 static void distances(float *d, int width, int height) {
-    const float side = 1, diagonal = 1.41421356F;
-    for (int sweep = 0; sweep < 2; sweep++)
-        for (int v = 0; v < height; v++)
-            for (int u = 0; u < width; u++) {
-                int x = sweep ? width - 1 - u : u, y = sweep ? height - 1 - v : v, back = sweep ? 1 : -1;
-                bool row = y + back >= 0 && y + back < height;
-                float *here = &d[(size_t)y * (size_t)width + (size_t)x];
-                const float *above = row ? here + (ptrdiff_t)back * width : here;
-                bool left = x + back >= 0 && x + back < width, right = x - back >= 0 && x - back < width;
-                if (left) *here = fminf(*here, here[back] + side);
-                if (row) *here = fminf(*here, above[0] + side);
-                if (row && left) *here = fminf(*here, above[back] + diagonal);
-                if (row && right) *here = fminf(*here, above[-back] + diagonal);
-            }
+    for (int y = 0; y < height; y++) {
+        float *row = &d[(size_t)y * (size_t)width];
+        if (y > 0) distances_across(row, row - width, width);
+        for (int x = 1; x < width; x++) row[x] = nearer(row[x], row[x - 1] + 1);
+    }
+    for (int y = height - 1; y >= 0; y--) {
+        float *row = &d[(size_t)y * (size_t)width];
+        if (y + 1 < height) distances_across(row, row + width, width);
+        for (int x = width - 2; x >= 0; x--) row[x] = nearer(row[x], row[x + 1] + 1);
+    }
+}
+
+/* Which pixels have a radius of at most `learned`: 0 there; false where all or none have. */
+static bool level_set(const Bandwidth *b, double learned, float *d, size_t pixels) {
+    size_t low = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        bool is_low = (double)b->radius[i] <= learned;
+        d[i] = is_low ? 0 : INFINITY;
+        low += is_low;
+    }
+    return low > 0 && low < pixels;
 }
 
 /* Light that a narrow kernel keeps to its place must not be met again by the wide kernels around it, or there
@@ -220,8 +237,7 @@ static cau_result keep_apart(Bandwidth *b, double shrink, CauError *err) {
     if (!d) return error_set(err, CAU_ERROR_RESOURCE, "out of memory to learn the kernels");
     for (double level = RADIUS_MAX / LEVEL_STEP; level > RADIUS_LEAST * shrink / LEVEL_STEP;
          level /= LEVEL_STEP) {
-        double learned = level / shrink;
-        for (size_t i = 0; i < pixels; i++) d[i] = (double)b->radius[i] <= learned ? 0 : INFINITY;
+        if (!level_set(b, level / shrink, d, pixels)) continue;
         distances(d, b->width, b->height);
         for (size_t i = 0; i < pixels; i++) {
             double most = fmax(level, (1 - LEVEL_SLOPE) * level + LEVEL_SLOPE * (double)d[i]) / shrink;
