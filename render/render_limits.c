@@ -27,16 +27,20 @@ enum { CHECK_PART = 32 };
 #define REPORT_S 0.2
 
 /* Fewer replicas cannot tell their own spread. Of wavefronts, which have no kernels wide enough to smooth
- * what few rays bring, twice as many are wanted before an error is believed. */
-enum { PASSES_TOLD = 8, PASSES_TOLD_WAVES = 16 };
+ * what few rays bring, twice as many are wanted before an error is believed. Of photons half will do where so
+ * many values make the error (of four passes the pool at 960x540 has 15000, still life, whose foci are small, 110 to 870);
+ * only large pictures can have them. */
+enum { PASSES_TOLD = 8, PASSES_TOLD_WAVES = 16, PASSES_EARLY = 4 };
+#define EARLY_VALUES 400.0
+#define EARLY_PIXELS 65536.0
 
 static bool has_rounds(const cau_render *r) {
     return r->options.photons == 0 && r->options.estimator != CAU_ESTIMATOR_R;
 }
 
 /* The same whether the render has gone on from a state or not. */
-static uint64_t next_check(uint64_t passes) {
-    uint64_t check = PASSES_TOLD;
+static uint64_t next_check(const cau_render *r, uint64_t passes) {
+    uint64_t check = !r->view && render_pixel_count(r) >= EARLY_PIXELS ? PASSES_EARLY : PASSES_TOLD;
     while (check <= passes) check += 1 + check / CHECK_PART;
     return check;
 }
@@ -47,7 +51,7 @@ void limits_begin(PassState *s) {
         r->pass_scale = fmax(r->pass_scale, 1);
         r->photons_per_pass = (uint32_t)fmin(r->pass_least * r->pass_scale, r->pass_most);
     }
-    s->round = (Round){.started_s = render_clock_s(), .before = r->passes, .check = next_check(r->passes)};
+    s->round = (Round){.started_s = render_clock_s(), .before = r->passes, .check = next_check(r, r->passes)};
 }
 
 /* The next round ends when this one thought that it would, until it knows better. */
@@ -102,7 +106,10 @@ double limits_growth_most(const cau_render *r) {
     return fmin((double)r->pass_most / r->photons_per_pass, ROUND_GROWTH_MAX);
 }
 
-static double passes_told(const cau_render *r) { return r->view ? PASSES_TOLD_WAVES : PASSES_TOLD; }
+static double passes_told(const cau_render *r, const ErrorParts *e) {
+    if (r->view) return PASSES_TOLD_WAVES;
+    return e->values >= EARLY_VALUES && render_pixel_count(r) >= EARLY_PIXELS ? PASSES_EARLY : PASSES_TOLD;
+}
 
 /* How many times as large the passes of another round should be; 0: this one goes on. `times`: what this one
  * has to do in all, over what it did. Of what the passes told alone, or of the clock where a time is the
@@ -114,8 +121,8 @@ static double growth_wanted(const PassState *s, double now_s, const ErrorParts *
     *times = 1;
     if (!has_rounds(r)) return 0;
     if (r->options.error > 0 && e->total > 0) {
-        growth = forecast_round(e, passes, r->options.error, growth, passes_told(r)).growth;
-        needed = forecast_passes(e, passes, r->options.error, 1, passes_told(r));
+        growth = forecast_round(e, passes, r->options.error, growth, passes_told(r, e)).growth;
+        needed = forecast_passes(e, passes, r->options.error, 1, passes_told(r, e));
     }
     if (r->options.time_s > 0) {
         double left = (r->options.time_s - (now_s - r->started_s)) / pass_seconds(s, now_s);
@@ -136,20 +143,20 @@ static double error_left_s(const PassState *s, double now_s, const ErrorParts *e
     Course course = forecast_course(e, passes, &s->r->stated);
     even.total = course.error;
     if (!(growth_wanted(s, now_s, e, &times) > 0)) most = 1;
-    NextRound round = forecast_round(&even, passes, r->options.error, most, passes_told(r));
+    NextRound round = forecast_round(&even, passes, r->options.error, most, passes_told(r, e));
     if (round.growth > 0)
-        return pass_seconds(s, now_s) *
-               (fmax(PASSES_TOLD - passes, 0) + round.cost + learning_passes(s, now_s) * round.growth_s);
+        return pass_seconds(s, now_s) * (fmax(passes_told(r, e) - passes, 0) + round.cost +
+                                            learning_passes(s, now_s) * round.growth_s);
     uint64_t look = s->round.check;
     double all = passes * pow(1 + round.cost / passes, 1 / course.speed);
-    while ((double)look < all) look = next_check(look);
+    while ((double)look < all) look = next_check(r, look);
     return pass_seconds(s, now_s) * ((double)look - passes);
 }
 
 /* A few passes of a new round know less than the whole last one did, and those of a trial tell nothing of
  * what comes after it. */
 static bool last_round_knows_better(const PassState *s) {
-    return s->round.end_s > 0 && (s->r->passes < PASSES_TOLD / 2 || race_tries(s->r));
+    return s->round.end_s > 0 && (s->r->passes < PASSES_EARLY || race_tries(s->r));
 }
 
 /* By whichever limit is met first; negative: not known. */
@@ -159,7 +166,7 @@ static double forecast_s(const PassState *s, double now_s, const ErrorParts *e) 
     if (r->passes_share) best = pass_s * (double)(r->passes_share - r->passes);
     if (r->options.time_s > 0) best = fmin(best, r->options.time_s - (now_s - r->started_s));
     if (r->options.error > 0 && last_round_knows_better(s))
-        best = fmin(best, fmax(s->round.end_s - now_s, pass_s * (passes_told(r) - (double)r->passes)));
+        best = fmin(best, fmax(s->round.end_s - now_s, pass_s * (passes_told(r, e) - (double)r->passes)));
     else if (r->options.error > 0)
         best = e->total > 0 ? fmin(best, error_left_s(s, now_s, e)) : -1;
     return isfinite(best) && best >= 0 ? best : -1;
@@ -198,7 +205,7 @@ static void remember(PastErrors *past, double passes, double error) {
 static bool error_met(const PassState *s, const ErrorParts *e) {
     const cau_render *r = s->r;
     double passes = (double)r->passes, error = r->options.error;
-    if (!(error > 0) || passes < passes_told(r) || !(e->total <= error) || e->total < 0) return false;
+    if (!(error > 0) || passes < passes_told(r, e) || !(e->total <= error) || e->total < 0) return false;
     if (e->total == 0) return !has_rounds(r) || r->photons_per_pass >= r->pass_most;
     return forecast_course(e, passes, &s->r->stated).error <= error;
 }
@@ -218,8 +225,9 @@ cau_result limits_met(PassState *s, bool *met, CauError *err) {
     s->round.left_s = forecast_s(s, now_s, &e);
     render_report(r, "rendering", e.total, s->round.left_s);
     if (!check) return CAU_OK;
-    s->round.check = next_check(r->passes);
+    s->round.check = next_check(r, r->passes);
     *met = error_met(s, &e);
     if (r->options.error > 0) remember(&r->stated, (double)r->passes, e.total);
-    return *met ? CAU_OK : next_round(s, now_s, &e, err);
+    bool told = (double)r->passes >= fmin(passes_told(r, &e), PASSES_TOLD);
+    return *met || !told ? CAU_OK : next_round(s, now_s, &e, err);
 }

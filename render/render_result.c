@@ -122,17 +122,23 @@ static size_t value_count(const cau_render *r) {
     return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
 }
 
-/* Adds a layer's parts. */
-static void add_parts(const cau_render *r, size_t g, int kind, const Film *f, ErrorParts *e) {
+/* Adds a layer's parts; returns the sum of the noise's squares. */
+static double add_parts(const cau_render *r, size_t g, int kind, const Film *f, ErrorParts *e) {
     size_t values = value_count(r);
     ErrorPart part = part_of(r, g, kind); /* asks every light: not at every pixel */
     e->bias[part] += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[kind]);
-    for (size_t i = 0; i < values; i++) e->noise[part] += square(film_error(f, i));
+    double squares = 0;
+    for (size_t i = 0; i < values; i++) {
+        double variance = square(film_error(f, i));
+        e->noise[part] += variance;
+        squares += square(variance);
+    }
+    return squares;
 }
 
 ErrorParts render_error_parts(const cau_render *r) {
     ErrorParts e = {0};
-    double square_sum = 0, noise = 0, bias = 0;
+    double square_sum = 0, noise = 0, bias = 0, squares = 0;
     size_t values = value_count(r);
     bool any = false, enough = true;
     for (size_t g = 0; g < r->group_count; g++)
@@ -140,7 +146,7 @@ ErrorParts render_error_parts(const cau_render *r) {
             const Film *f = film_of(&r->groups[g], k);
             any |= f != NULL;
             enough &= !f || film_passes(f) > 1;
-            if (f) add_parts(r, g, k, f, &e);
+            if (f) squares += add_parts(r, g, k, f, &e);
         }
     for (size_t i = 0; any && i < values; i++) {
         double mean = 0;
@@ -156,6 +162,7 @@ ErrorParts render_error_parts(const cau_render *r) {
         bias += e.bias[i];
     }
     double truth = square_sum - noise;
+    e.values = squares > 0 ? square(noise) / squares : 0;
     e.total = enough && truth > 0 ? sqrt((noise + bias) / truth) : -1;
     if (!any || square_sum == 0) e.total = any ? 0 : -1;
     return e;

@@ -2,6 +2,7 @@
 #include "render/gather/photon_tree.h"
 
 #include "core/checked.h"
+#include "core/wide.h"
 
 typedef struct SortKey {
     uint64_t code;
@@ -11,8 +12,8 @@ typedef struct SortKey {
 enum { CODE_BITS = 21, RADIX_BITS = 11, RADIX = 1 << RADIX_BITS, RADIX_PASSES = 6 };
 
 /* Without fminf()'s care for NaN, which costs a call; deposits are finite. */
-static float lower(float a, float b) { return b < a ? b : a; }
-static float higher(float a, float b) { return b > a ? b : a; }
+CAU_INLINE float lower(float a, float b) { return b < a ? b : a; }
+CAU_INLINE float higher(float a, float b) { return b > a ? b : a; }
 
 /* Spreads 21 bits so that two zero bits follow each. */
 static uint64_t spread(uint64_t x) {
@@ -161,15 +162,15 @@ typedef struct Query {
 } Query;
 
 /* One bit for each of the squared distances that is near enough. */
-static unsigned within(const float *d2, float radius2) {
+CAU_INLINE unsigned within(const float *d2, float radius2) {
     unsigned near = 0;
     for (unsigned i = 0; i < TREE_WIDTH; i++) near |= d2[i] <= radius2 ? 1u << i : 0;
     return near;
 }
 
-static float gap(float lo, float p, float hi) { return higher(higher(lo - p, p - hi), 0); }
+CAU_INLINE float gap(float lo, float p, float hi) { return higher(higher(lo - p, p - hi), 0); }
 
-static void visit_leaf(const Query *q, size_t leaf) {
+CAU_INLINE void visit_leaf(const Query *q, size_t leaf) {
     const TreeLeaf *l = &q->tree->leaves[leaf];
     float d2[TREE_WIDTH];
     for (int i = 0; i < TREE_WIDTH; i++) {
@@ -183,7 +184,7 @@ static void visit_leaf(const Query *q, size_t leaf) {
     }
 }
 
-static void visit_node(const Query *q, unsigned level, size_t node) {
+CAU_WIDE static void visit_node(const Query *q, unsigned level, size_t node) {
     if (level == 0) {
         visit_leaf(q, node);
         return;
