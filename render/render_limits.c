@@ -28,8 +28,8 @@ enum { CHECK_PART = 32 };
 
 /* Fewer replicas cannot tell their own spread. Of wavefronts, which have no kernels wide enough to smooth
  * what few rays bring, twice as many are wanted before an error is believed. Of photons half will do where so
- * many values make the error (of four passes the pool at 960x540 has 15000, still life, whose foci are small, 110 to 870);
- * only large pictures can have them. */
+ * many values make the error (of four passes the pool at 960x540 has 15000, still life, whose foci are small,
+ * 110 to 870); only large pictures can have them. */
 enum { PASSES_TOLD = 8, PASSES_TOLD_WAVES = 16, PASSES_EARLY = 4 };
 #define EARLY_VALUES 400.0
 #define EARLY_PIXELS 65536.0

@@ -201,8 +201,11 @@ static void gather_row(void *data, size_t index, unsigned thread) {
     if (!job->out->add) clear_row(job->out, y, (size_t)job->run->scene->camera.width);
     if (job->run->cancel && atomic_load_explicit(job->run->cancel, memory_order_relaxed)) return;
     const struct EyeRow *row = &job->run->points->rows[y];
+    size_t step = job->run->step > 1 ? (size_t)job->run->step : 1;
+    if (y % step) return;
     for (size_t i = 0; i < row->count; i++)
-        gather_point(job, &row->items[i], &job->supports->rows[y].items[i]);
+        if (step == 1 || row->items[i].pixel % step == 0)
+            gather_point(job, &row->items[i], &job->supports->rows[y].items[i]);
 }
 
 cau_result gather_photons(const GatherRun *run, SupportRows *supports, const PhotonTree *tree, TaskPool *pool,

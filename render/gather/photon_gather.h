@@ -28,6 +28,7 @@ typedef struct GatherRun {
     double radius_pixels; /**< kernel radius in pixel footprints, times that of the pixel in `radius` */
     double first_pixels;  /**< the same of the first pass, which tells wide kernels; 0: there are none */
     const float *radius;  /**< [pixel]; NULL: 1 everywhere */
+    int step;             /**< every so many pixels along x and y alone; 0: all */
     const atomic_bool *cancel;
 } GatherRun;
 
