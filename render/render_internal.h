@@ -47,8 +47,7 @@ typedef struct ErrorParts {
         bias[ERROR_PARTS]; /**< sums of squares over the picture, of the layers drawn by each;
                               left-over photons of wavefronts count as these */
     double
-        values; /**< channels of pixels that make the noise: (sum of squares)^2 over the sum of these squared
-                 */
+        values; /**< that make the noise: the sum of their squares, squared, over the sum of these squared */
 } ErrorParts;
 
 /** Which estimator is the quicker one, by what rounds tell: render_race.c. All of it is part of a render's

@@ -195,8 +195,9 @@ static cau_result next_round(PassState *s, double now_s, const ErrorParts *e, Ca
 }
 
 static void remember(PastErrors *past, double passes, double error) {
-    past->items[(size_t)past->next] = (PastError){passes, fmax(error, 0)};
-    past->next = (double)(((size_t)past->next + 1) % PAST_ERRORS);
+    size_t next = (size_t)past->next % PAST_ERRORS; /* a state may say anything */
+    past->items[next] = (PastError){passes, fmax(error, 0)};
+    past->next = (double)(next + 1);
 }
 
 /* What is stated goes up and down, and to stop where it is low by chance would be to state too little: what
@@ -228,6 +229,6 @@ cau_result limits_met(PassState *s, bool *met, CauError *err) {
     s->round.check = next_check(r, r->passes);
     *met = error_met(s, &e);
     if (r->options.error > 0) remember(&r->stated, (double)r->passes, e.total);
-    bool told = (double)r->passes >= fmin(passes_told(r, &e), PASSES_TOLD);
+    bool told = (double)r->passes >= fmin(passes_told(r, &e), PASSES_TOLD) || race_overspent(r);
     return *met || !told ? CAU_OK : next_round(s, now_s, &e, err);
 }
