@@ -8,10 +8,13 @@
 #include "render/render_pass_state.h"
 
 /* Passes of a trial, and the share of what the plan's choice has still to do that it may cost: as much as
- * pays when it wins every other time. So half of what the choice did counts too, which would be in vain where
- * it is right and has no larger passes to begin with anyway. */
+ * pays when it wins every other time, as wavefronts do that are quiet, and less for others. Half of what the
+ * choice did counts too, which would be in vain where it is right and has no larger passes to begin with
+ * anyway. */
 #define TRIAL_PASSES 8.0
 #define TRIAL_SHARE 0.45
+#define TRIAL_SHARE_NOISY 0.25
+#define NOISE_QUIET 0.3
 #define VAIN_SHARE 0.5
 /* Rays of a wavefront's pass over those of its corners: cells are split, and some passes draw it twice. */
 #define SPLIT_RAYS 2.5
@@ -91,6 +94,15 @@ static double trial_cost(const cau_render *r, size_t g) {
     return rays > 0 ? 1e-6 * TRIAL_PASSES * (rays + RENDER_RAYS_PER_LOOK * looks) : INFINITY;
 }
 
+static double trial_share(const cau_render *r) {
+    for (size_t i = 0; i < r->scene.light_count; i++) {
+        const LightPlan *plan = &r->plan.lights[i];
+        bool tried = r->groups[r->group_of_light[i]].race.switched > 0 && plan->may_wave && !plan->chosen;
+        if (tried && plan->wave_noise > NOISE_QUIET) return TRIAL_SHARE_NOISY;
+    }
+    return TRIAL_SHARE;
+}
+
 /* The films' estimators have changed: all starts over. */
 static cau_result switched(PassState *s, double scale, PastRound past, CauError *err) {
     cau_render *r = s->r;
@@ -149,7 +161,7 @@ static cau_result race_try(
         group->race.switched = isfinite(trial);
         if (group->race.switched > 0) cost += trial;
     }
-    if (!(cost > 0) || !isfinite(left) || cost + VAIN_SHARE * in_vain > TRIAL_SHARE * left) {
+    if (!(cost > 0) || !isfinite(left) || cost + VAIN_SHARE * in_vain > trial_share(r) * left) {
         for (size_t g = 0; g < r->group_count; g++) r->groups[g].race.switched = 0;
         return CAU_OK;
     }

@@ -126,6 +126,7 @@ static void plan_estimator(LightPlan *plan, const Scene *scene, const Light *lig
     plan->places = fmax(1, square(probe->blur_pixels / PLACE_PIXELS));
     WaveCost cost = mean_cost(scene, probe, choice->waved);
     plan->wave_rays = cost.rays;
+    plan->wave_noise = cost.noise;
     bool small = choice->estimator == PLAN_ESTIMATOR_W ||
                  (plan_wave_pays(&cost) && plan_blur_pays(&cost, probe->blur_pixels, scene->camera.width));
     bool possible = plan->direct && choice->estimator != PLAN_ESTIMATOR_P && waved && !world;

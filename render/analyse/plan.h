@@ -46,6 +46,7 @@ typedef struct LightPlan {
     bool may_wave; /**< they could be: the user leaves the choice open, and some caster is smooth */
     double *share; /**< [object] of estimator W's rays: by what of the light meets it first; 0: not waved */
     double wave_rays;      /**< of estimator W: per corner of its grid */
+    double wave_noise;     /**< its variance, as WaveCost.noise */
     double places;         /**< of estimator W: places on the light that all replicas together should have */
     bool photons;          /**< direct caustics by estimator P: all, or what W leaves to it */
     bool photons_beside;   /**< W leaves some to it */
