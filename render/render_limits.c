@@ -127,7 +127,7 @@ static double growth_wanted(const PassState *s, double now_s, const ErrorParts *
     if (r->options.time_s > 0) {
         double left = (r->options.time_s - (now_s - r->started_s)) / pass_seconds(s, now_s);
         needed = fmin(needed, passes + left);
-        growth = fmin(growth, left / ROUND_PASSES_TIMED);
+        growth = fmin(growth, left / (ROUND_PASSES_TIMED + learning_passes(s, now_s)));
         if (needed < (render_waves_alone(r) ? ROUND_LEAST_WAVES : ROUND_LEAST_PHOTONS) * passes) growth = 0;
     }
     *times = needed / passes;
@@ -176,10 +176,12 @@ static double forecast_s(const PassState *s, double now_s, const ErrorParts *e) 
 
 bool limits_all_passes(const cau_render *r) { return r->passes_wanted && r->passes >= r->passes_share; }
 
-/* The next pass would end farther beyond it than the last one ended before it. */
+/* The next pass would end farther beyond it than the last one ended before it. How long passes take the first
+ * one does not tell, for it learns; and of one alone no error is known. */
 static bool time_is_up(const PassState *s, double now_s) {
     const cau_render *r = s->r;
-    return r->options.time_s > 0 && now_s - r->started_s + 0.5 * pass_seconds(s, now_s) >= r->options.time_s;
+    double next_s = r->passes - s->round.before > 1 ? pass_seconds(s, now_s) : 0;
+    return r->options.time_s > 0 && now_s - r->started_s + 0.5 * next_s >= r->options.time_s;
 }
 
 /* Another round, of larger passes or of other estimators, where little is known of a long way. */
