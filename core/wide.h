@@ -23,4 +23,8 @@
 /** Before what such a function calls in its loops: to be compiled with it. */
 #define CAU_INLINE static inline __attribute__((always_inline))
 
+/** Without fminf()'s and fmaxf()'s care for NaN, which costs a call. */
+CAU_INLINE float wide_min(float a, float b) { return b < a ? b : a; }
+CAU_INLINE float wide_max(float a, float b) { return b > a ? b : a; }
+
 #endif

@@ -17,6 +17,9 @@
 #include <stdatomic.h>
 #include <string.h>
 
+/** Pictures of so many pixels are large: they know as much from fewer passes, and from a part of the pixels.
+ */
+#define RENDER_LARGE_PIXELS 65536.0
 /** Photons that start at bent normals per photon of a lamp. */
 #define RENDER_BENT_SHARE 0.25
 /** An eye path of a wavefront's layer costs as much as this many of its rays. */
@@ -142,6 +145,11 @@ struct cau_render {
     cau_progress progress;
     double started_s;
 };
+
+/** Channels of all pixels, within the region or not. */
+static inline size_t picture_values(const cau_render *r) {
+    return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
+}
 
 /** Caustic layers are wanted, not the beauty alone. */
 static inline bool render_wants_caustics(const cau_render *r) {

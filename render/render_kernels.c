@@ -15,9 +15,8 @@
 #define TRIALS 3
 #define TRIALS_MAX 6
 #define FALLING_LEAST 0.05
-/* In pictures of so many pixels, while kernels are wide: the first trials know enough from every second pixel
- * along each edge. */
-#define SPARSE_PIXELS 65536.0
+/* In large pictures, while kernels are wide: the first trials know enough from every second pixel along each
+ * edge. */
 enum { SPARSE_TRIALS = 2, SPARSE_STEP = 2 };
 /* Kernels may cost as much as the rays of their photons: deposits met per ray, and at least per eye point. */
 #define DEPOSITS_PER_RAY 40.0
@@ -71,7 +70,7 @@ cau_result kernels_try(PassState *s, RenderGroup *group, int kind, GatherRun *ga
     run.points = &s->trial_points;
     double falling = 1;
     for (int i = 0; i < TRIALS || (i < TRIALS_MAX && falling > FALLING_LEAST); i++) {
-        run.step = i < SPARSE_TRIALS && render_pixel_count(s->r) >= SPARSE_PIXELS ? SPARSE_STEP : 0;
+        run.step = i < SPARSE_TRIALS && render_pixel_count(s->r) >= RENDER_LARGE_PIXELS ? SPARSE_STEP : 0;
         CAU_TRY(trial(s, group, kind, &run, i >= TRIALS, &falling, err));
     }
     group->kernels[kind].tried = true;

@@ -32,7 +32,6 @@ enum { CHECK_PART = 32 };
  * 110 to 870); only large pictures can have them. */
 enum { PASSES_TOLD = 8, PASSES_TOLD_WAVES = 16, PASSES_EARLY = 4 };
 #define EARLY_VALUES 400.0
-#define EARLY_PIXELS 65536.0
 
 static bool has_rounds(const cau_render *r) {
     return r->options.photons == 0 && r->options.estimator != CAU_ESTIMATOR_R;
@@ -40,7 +39,7 @@ static bool has_rounds(const cau_render *r) {
 
 /* The same whether the render has gone on from a state or not. */
 static uint64_t next_check(const cau_render *r, uint64_t passes) {
-    uint64_t check = !r->view && render_pixel_count(r) >= EARLY_PIXELS ? PASSES_EARLY : PASSES_TOLD;
+    uint64_t check = !r->view && render_pixel_count(r) >= RENDER_LARGE_PIXELS ? PASSES_EARLY : PASSES_TOLD;
     while (check <= passes) check += 1 + check / CHECK_PART;
     return check;
 }
@@ -108,7 +107,8 @@ double limits_growth_most(const cau_render *r) {
 
 static double passes_told(const cau_render *r, const ErrorParts *e) {
     if (r->view) return PASSES_TOLD_WAVES;
-    return e->values >= EARLY_VALUES && render_pixel_count(r) >= EARLY_PIXELS ? PASSES_EARLY : PASSES_TOLD;
+    return e->values >= EARLY_VALUES && render_pixel_count(r) >= RENDER_LARGE_PIXELS ? PASSES_EARLY
+                                                                                     : PASSES_TOLD;
 }
 
 /* How many times as large the passes of another round should be; 0: this one goes on. `times`: what this one

@@ -43,10 +43,6 @@ typedef struct PassState {
     uint64_t key;
 } PassState;
 
-static inline size_t picture_values(const cau_render *r) {
-    return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
-}
-
 /** Makes what a check of estimator W works with. */
 cau_result waves_prepare(PassState *s, CauError *err);
 void waves_free(PassState *s);

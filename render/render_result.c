@@ -118,13 +118,9 @@ static ErrorPart part_of(const cau_render *r, size_t g, int kind) {
     return render_waves_draw(r, g, kind) ? ERROR_WAVES : ERROR_PHOTONS;
 }
 
-static size_t value_count(const cau_render *r) {
-    return 3 * (size_t)r->scene.camera.width * (size_t)r->scene.camera.height;
-}
-
 /* Adds a layer's parts; returns the sum of the noise's squares. */
 static double add_parts(const cau_render *r, size_t g, int kind, const Film *f, ErrorParts *e) {
-    size_t values = value_count(r);
+    size_t values = picture_values(r);
     ErrorPart part = part_of(r, g, kind); /* asks every light: not at every pixel */
     e->bias[part] += (double)values * bandwidth_mean_bias2(&r->groups[g].kernels[kind]);
     double squares = 0;
@@ -139,7 +135,7 @@ static double add_parts(const cau_render *r, size_t g, int kind, const Film *f, 
 ErrorParts render_error_parts(const cau_render *r) {
     ErrorParts e = {0};
     double square_sum = 0, noise = 0, bias = 0, squares = 0;
-    size_t values = value_count(r);
+    size_t values = picture_values(r);
     bool any = false, enough = true;
     for (size_t g = 0; g < r->group_count; g++)
         for (int k = 0; k < 2; k++) {

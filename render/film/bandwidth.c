@@ -2,6 +2,7 @@
 #include "render/film/bandwidth.h"
 
 #include "core/checked.h"
+#include "core/wide.h"
 
 /* Least squared bias that is believed, in parts of the noise: bounds how fast a kernel grows. */
 #define BIAS_LEAST 0.005
@@ -193,14 +194,12 @@ double bandwidth_mean_bias2(const Bandwidth *b) {
 
 /* ---- neighbours ---- */
 
-static float nearer(float a, float b) { return b < a ? b : a; }
-
 /* From the row before it, which is known. */
 static void distances_across(float *row, const float *known, int width) {
     const float diagonal = 1.41421356F;
-    for (int x = 0; x < width; x++) row[x] = nearer(row[x], known[x] + 1);
-    for (int x = 1; x < width; x++) row[x] = nearer(row[x], known[x - 1] + diagonal);
-    for (int x = 0; x + 1 < width; x++) row[x] = nearer(row[x], known[x + 1] + diagonal);
+    for (int x = 0; x < width; x++) row[x] = wide_min(row[x], known[x] + 1);
+    for (int x = 1; x < width; x++) row[x] = wide_min(row[x], known[x - 1] + diagonal);
+    for (int x = 0; x + 1 < width; x++) row[x] = wide_min(row[x], known[x + 1] + diagonal);
 }
 
 /* Distance in pixels to the nearest pixel that has 0, by two sweeps. */
@@ -208,12 +207,12 @@ static void distances(float *d, int width, int height) {
     for (int y = 0; y < height; y++) {
         float *row = &d[(size_t)y * (size_t)width];
         if (y > 0) distances_across(row, row - width, width);
-        for (int x = 1; x < width; x++) row[x] = nearer(row[x], row[x - 1] + 1);
+        for (int x = 1; x < width; x++) row[x] = wide_min(row[x], row[x - 1] + 1);
     }
     for (int y = height - 1; y >= 0; y--) {
         float *row = &d[(size_t)y * (size_t)width];
         if (y + 1 < height) distances_across(row, row + width, width);
-        for (int x = width - 2; x >= 0; x--) row[x] = nearer(row[x], row[x + 1] + 1);
+        for (int x = width - 2; x >= 0; x--) row[x] = wide_min(row[x], row[x + 1] + 1);
     }
 }
 

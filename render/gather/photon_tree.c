@@ -11,10 +11,6 @@ typedef struct SortKey {
 
 enum { CODE_BITS = 21, RADIX_BITS = 11, RADIX = 1 << RADIX_BITS, RADIX_PASSES = 6 };
 
-/* Without fminf()'s care for NaN, which costs a call; deposits are finite. */
-CAU_INLINE float lower(float a, float b) { return b < a ? b : a; }
-CAU_INLINE float higher(float a, float b) { return b > a ? b : a; }
-
 /* Spreads 21 bits so that two zero bits follow each. */
 static uint64_t spread(uint64_t x) {
     x &= 0x1fffffu;
@@ -35,8 +31,8 @@ static void make_keys(SortKey *keys, const Deposit *items, size_t count) {
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++)
         for (int k = 0; k < 3; k++) {
-            lo[k] = lower(lo[k], items[i].position[k]);
-            hi[k] = higher(hi[k], items[i].position[k]);
+            lo[k] = wide_min(lo[k], items[i].position[k]);
+            hi[k] = wide_max(hi[k], items[i].position[k]);
         }
     double size = 0;
     for (int k = 0; k < 3; k++) size = fmax(size, (double)hi[k] - (double)lo[k]);
@@ -76,16 +72,16 @@ static void fill_leaf(TreeLeaf *leaf, const Deposit *items, size_t count) {
 static void box_of_leaf(TreeBoxes *b, size_t i, const TreeLeaf *leaf, size_t count) {
     for (int k = 0; k < 3; k++)
         for (size_t c = 0; c < count; c++) {
-            b->lo[k][i] = lower(b->lo[k][i], leaf->place[k][c]);
-            b->hi[k][i] = higher(b->hi[k][i], leaf->place[k][c]);
+            b->lo[k][i] = wide_min(b->lo[k][i], leaf->place[k][c]);
+            b->hi[k][i] = wide_max(b->hi[k][i], leaf->place[k][c]);
         }
 }
 
 static void box_of_boxes(TreeBoxes *b, size_t i, const TreeBoxes *below) {
     for (int k = 0; k < 3; k++)
         for (size_t c = 0; c < TREE_WIDTH; c++) {
-            b->lo[k][i] = lower(b->lo[k][i], below->lo[k][c]);
-            b->hi[k][i] = higher(b->hi[k][i], below->hi[k][c]);
+            b->lo[k][i] = wide_min(b->lo[k][i], below->lo[k][c]);
+            b->hi[k][i] = wide_max(b->hi[k][i], below->hi[k][c]);
         }
 }
 
@@ -168,7 +164,7 @@ CAU_INLINE unsigned within(const float *d2, float radius2) {
     return near;
 }
 
-CAU_INLINE float gap(float lo, float p, float hi) { return higher(higher(lo - p, p - hi), 0); }
+CAU_INLINE float gap(float lo, float p, float hi) { return wide_max(wide_max(lo - p, p - hi), 0); }
 
 CAU_INLINE void visit_leaf(const Query *q, size_t leaf) {
     const TreeLeaf *l = &q->tree->leaves[leaf];
