@@ -31,7 +31,7 @@ static const Powers powers[ERROR_PARTS] = {[ERROR_WAVES] = {1.5, 0, 0.84, 0.8},
 /* Another round must promise to be over in that part of what is left of this one. */
 #define ROUND_GAIN 0.85
 #define GROWTH_MIN 1.3
-enum { GROWTH_STEPS = 16, HALVINGS = 24 };
+enum { GROWTH_STEPS = 24, HALVINGS = 24 };
 #define PASSES_MOST 1e7
 
 /* The squared error, over what is said of it now, after `times` the passes, each so much larger. */
@@ -64,14 +64,24 @@ static double slip(const ErrorParts *e) {
     return all > 0 ? pow(SLIP_PHOTONS, photons / all) : 1;
 }
 
+/* Bias of wavefronts does not fall with the passes. */
+static bool is_reached(const ErrorParts *e, double passes, double error, double growth) {
+    return falls(e, PASSES_MOST / passes, growth) <= square(error / e->total);
+}
+
 NextRound forecast_round(const ErrorParts *e, double passes, double error, double most, double least) {
     double left = forecast_passes(e, passes, error, 1, least) - passes;
     NextRound best = {0, left, 1};
     if (most < GROWTH_MIN) return best;
+    if (!is_reached(e, passes, error, 1)) {
+        double growth_s = pow(most, PASS_TIME_POWER);
+        best = (NextRound){most, PASSES_MOST * growth_s, growth_s};
+    }
     for (int i = 1; i <= GROWTH_STEPS; i++) {
         double growth = pow(most, (double)i / GROWTH_STEPS), growth_s = pow(growth, PASS_TIME_POWER);
+        if (growth < GROWTH_MIN || !is_reached(e, passes, error, growth)) continue;
         double cost = forecast_passes(e, passes, error, growth, least) * growth_s;
-        if (growth >= GROWTH_MIN && cost < (best.growth > 0 ? best.cost : ROUND_GAIN * left))
+        if (cost < (best.growth > 0 ? best.cost : ROUND_GAIN * left))
             best = (NextRound){growth, cost, growth_s};
     }
     if (best.growth > 0) best.cost *= slip(e);

@@ -156,6 +156,13 @@ static inline bool render_wants_caustics(const cau_render *r) {
     return !(r->options.layers & CAU_WANT_BEAUTY) || (r->options.layers & CAU_WANT_RADIANCE);
 }
 
+/** Limited by error or time, and at most by photons: its passes grow in rounds. Otherwise they are known
+ * before the first. */
+static inline bool render_has_rounds(const cau_render *r) {
+    const cau_render_options *o = &r->options;
+    return o->estimator != CAU_ESTIMATOR_R && (o->photons == 0 || o->error > 0 || o->time_s > 0);
+}
+
 /** No photons start at lamps: estimator W and photons that start at bent normals are all that is called for.
  */
 bool render_waves_alone(const cau_render *r);

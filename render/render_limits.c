@@ -14,7 +14,7 @@
 
 /* In a render that is to take a time, passes that another round should have, and so many times as many as
  * there are it must take for another to begin: photons learn their kernels from a pass, so few large ones
- * have less error than many small ones. Passes are so many times as large at most, for few tell little of
+ * have less error than many small ones. Passes become so many times as large at once, for few tell little of
  * many. */
 #define ROUND_PASSES_TIMED 16.0
 #define ROUND_LEAST_WAVES 4.0
@@ -33,10 +33,6 @@ enum { CHECK_PART = 32 };
 enum { PASSES_TOLD = 8, PASSES_TOLD_WAVES = 16, PASSES_EARLY = 4 };
 #define EARLY_VALUES 400.0
 
-static bool has_rounds(const cau_render *r) {
-    return r->options.photons == 0 && r->options.estimator != CAU_ESTIMATOR_R;
-}
-
 /* The same whether the render has gone on from a state or not. */
 static uint64_t next_check(const cau_render *r, uint64_t passes) {
     uint64_t check = !r->view && render_pixel_count(r) >= RENDER_LARGE_PIXELS ? PASSES_EARLY : PASSES_TOLD;
@@ -46,7 +42,7 @@ static uint64_t next_check(const cau_render *r, uint64_t passes) {
 
 void limits_begin(PassState *s) {
     cau_render *r = s->r;
-    if (has_rounds(r)) {
+    if (render_has_rounds(r)) {
         r->pass_scale = fmax(r->pass_scale, 1);
         r->photons_per_pass = (uint32_t)fmin(r->pass_least * r->pass_scale, r->pass_most);
     }
@@ -101,9 +97,7 @@ static bool larger_paid(const PastRound *past, double error) {
            log(past->error / error) >= ROUND_EXPONENT_LEAST * log(past->growth);
 }
 
-double limits_growth_most(const cau_render *r) {
-    return fmin((double)r->pass_most / r->photons_per_pass, ROUND_GROWTH_MAX);
-}
+double limits_growth_most(const cau_render *r) { return (double)r->pass_most / r->photons_per_pass; }
 
 static double passes_told(const cau_render *r, const ErrorParts *e) {
     if (r->view) return PASSES_TOLD_WAVES;
@@ -111,27 +105,41 @@ static double passes_told(const cau_render *r, const ErrorParts *e) {
                                                                                      : PASSES_TOLD;
 }
 
+/* Passes of the present size that the limit of time leaves. */
+static double passes_in_time(const PassState *s, double now_s) {
+    const cau_render *r = s->r;
+    if (!(r->options.time_s > 0)) return INFINITY;
+    return (r->options.time_s - (now_s - r->started_s)) / pass_seconds(s, now_s);
+}
+
+/* And all limits but that of the error. */
+static double passes_left(const PassState *s, double now_s) {
+    const cau_render *r = s->r;
+    double left = passes_in_time(s, now_s);
+    if (!r->options.photons) return left;
+    return fmin(left, (double)(r->options.photons / r->photons_per_pass) - (double)r->passes);
+}
+
 /* How many times as large the passes of another round should be; 0: this one goes on. `times`: what this one
- * has to do in all, over what it did. Of what the passes told alone, or of the clock where a time is the
+ * has to do in all, over what it did. Of what the passes told alone, or of the clock where a time is a
  * limit. */
 static double growth_wanted(const PassState *s, double now_s, const ErrorParts *e, double *times) {
     const cau_render *r = s->r;
     double passes = (double)r->passes, growth = limits_growth_most(r), needed = INFINITY;
     bool larger = r->photons_per_pass < r->pass_most && larger_paid(&r->past, e->total);
     *times = 1;
-    if (!has_rounds(r)) return 0;
+    if (!render_has_rounds(r)) return 0;
     if (r->options.error > 0 && e->total > 0) {
         growth = forecast_round(e, passes, r->options.error, growth, passes_told(r, e)).growth;
         needed = forecast_passes(e, passes, r->options.error, 1, passes_told(r, e));
     }
-    if (r->options.time_s > 0) {
-        double left = (r->options.time_s - (now_s - r->started_s)) / pass_seconds(s, now_s);
-        needed = fmin(needed, passes + left);
-        growth = fmin(growth, left / (ROUND_PASSES_TIMED + learning_passes(s, now_s)));
-        if (needed < (render_waves_alone(r) ? ROUND_LEAST_WAVES : ROUND_LEAST_PHOTONS) * passes) growth = 0;
-    }
+    double left = passes_left(s, now_s), timed = passes_in_time(s, now_s);
+    needed = fmin(needed, passes + left);
+    if (isfinite(timed)) growth = fmin(growth, timed / (ROUND_PASSES_TIMED + learning_passes(s, now_s)));
+    double least = render_waves_alone(r) ? ROUND_LEAST_WAVES : ROUND_LEAST_PHOTONS;
+    if (isfinite(left) && needed < least * passes) growth = 0;
     *times = needed / passes;
-    return larger && growth > 1 ? growth : 0;
+    return larger && growth > 1 ? fmin(growth, ROUND_GROWTH_MAX) : 0;
 }
 
 /* Seconds until the error is met, as a look will find: at the end of this round, or of another that the next
@@ -163,8 +171,10 @@ static bool last_round_knows_better(const PassState *s) {
 static double forecast_s(const PassState *s, double now_s, const ErrorParts *e) {
     const cau_render *r = s->r;
     double best = INFINITY, pass_s = pass_seconds(s, now_s);
-    if (r->passes_share) best = pass_s * (double)(r->passes_share - r->passes);
-    if (r->options.time_s > 0) best = fmin(best, r->options.time_s - (now_s - r->started_s));
+    if (r->passes_share)
+        best = pass_s * (double)(r->passes_share - r->passes);
+    else
+        best = pass_s * passes_left(s, now_s);
     if (r->options.error > 0 && last_round_knows_better(s))
         best = fmin(best, fmax(s->round.end_s - now_s, pass_s * (passes_told(r, e) - (double)r->passes)));
     else if (r->options.error > 0)
@@ -174,7 +184,11 @@ static double forecast_s(const PassState *s, double now_s, const ErrorParts *e) 
 
 /* ---- after a pass ---- */
 
-bool limits_all_passes(const cau_render *r) { return r->passes_wanted && r->passes >= r->passes_share; }
+/* Of those there can be. */
+static bool all_passes(const cau_render *r) {
+    if (r->passes_wanted) return r->passes >= r->passes_share;
+    return r->options.photons && !race_tries(r) && (r->passes + 1) * r->photons_per_pass > r->options.photons;
+}
 
 /* The next pass would end farther beyond it than the last one ended before it. How long passes take the first
  * one does not tell, for it learns; and of one alone no error is known. */
@@ -188,7 +202,7 @@ static bool time_is_up(const PassState *s, double now_s) {
 static cau_result next_round(PassState *s, double now_s, const ErrorParts *e, CauError *err) {
     double times, growth = growth_wanted(s, now_s, e, &times);
     bool restart = false;
-    if (has_rounds(s->r)) CAU_TRY(race_step(s, e->total, times, growth, &restart, err));
+    if (render_has_rounds(s->r)) CAU_TRY(race_step(s, e->total, times, growth, &restart, err));
     if (restart)
         begin_again(s);
     else if (growth > 0)
@@ -209,15 +223,23 @@ static bool error_met(const PassState *s, const ErrorParts *e) {
     const cau_render *r = s->r;
     double passes = (double)r->passes, error = r->options.error;
     if (!(error > 0) || passes < passes_told(r, e) || !(e->total <= error) || e->total < 0) return false;
-    if (e->total == 0) return !has_rounds(r) || r->photons_per_pass >= r->pass_most;
+    if (e->total == 0) return !render_has_rounds(r) || r->photons_per_pass >= r->pass_most;
     return forecast_course(e, passes, &s->r->stated).error <= error;
+}
+
+bool limits_met_already(const PassState *s) {
+    const cau_render *r = s->r;
+    if (all_passes(r)) return true;
+    if (r->passes == 0 || next_check(r, r->passes - 1) != r->passes) return false;
+    ErrorParts e = render_error_parts(r);
+    return error_met(s, &e);
 }
 
 cau_result limits_met(PassState *s, bool *met, CauError *err) {
     cau_render *r = s->r;
     double now_s = render_clock_s();
     if (r->passes == s->round.before + 1) s->round.learned_s = now_s;
-    *met = limits_all_passes(r) || time_is_up(s, now_s);
+    *met = all_passes(r) || time_is_up(s, now_s);
     if (*met) return CAU_OK;
     /* The error costs a walk over all films: not after every short pass. Whether it will do is asked after
      * the same passes always, so that the picture does not depend on the machine. */

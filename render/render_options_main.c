@@ -12,6 +12,8 @@
 #include <string.h>
 
 enum { EXIT_USAGE = 2 };
+/* Less than shows beside a picture that took a hundred times as long. */
+#define DEFAULT_ERROR 0.02
 
 static const char help_text[] =
     "caustic-render - the light that glass, water and metal focus, one EXR layer per light\n"
@@ -21,9 +23,11 @@ static const char help_text[] =
     "usage: caustic-render SCENE -o OUT.exr [options]\n"
     "\n"
     "  -o FILE                where the layers go; written beside and renamed when whole\n"
-    "  --photons N            photons per light [4000000]; with -e R, camera paths\n"
+    "  --photons N            photons per light; with --estimator R, camera paths\n"
     "  --time S               stop after S seconds\n"
     "  --error E              stop when the error (RMSE / RMS of the layers) is E\n"
+    "                         [0.02 or 4000000 photons, whichever comes first;\n"
+    "                         frames, shards and R 4000000]\n"
     "  --seed K               another set of random numbers [0]\n"
     "  --threads T            [one per processor]; the bytes do not depend on it\n"
     "  --resolution WxH       instead of the scene's\n"
@@ -296,6 +300,18 @@ static int unknown_option(const char *option) {
     return EXIT_USAGE;
 }
 
+/* Without a limit a picture is rendered until it shows no error, or as far as the default number of photons
+ * goes. Frames, whose passes must be the same so that they do not flicker, and shares of a known number have
+ * photons alone, as paths have. */
+static void set_limits(RenderArguments *a, bool photons_given) {
+    cau_render_options *o = &a->options;
+    bool limited = o->time_s > 0 || o->error > 0;
+    if (photons_given) return;
+    if (limited) o->photons = 0;
+    if (limited || a->frames || a->joined || o->shard_count || o->estimator == CAU_ESTIMATOR_R) return;
+    o->error = DEFAULT_ERROR;
+}
+
 /* One place for the number is needed in whatever is written; without one in the scene's name it stands still.
  */
 static int check_frames(const RenderArguments *a) {
@@ -341,8 +357,7 @@ static int check(RenderArguments *a, bool photons_given) {
         fprintf(stderr, "caustic-render: --join renders nothing; leave out --checkpoint and --shard\n");
         return EXIT_USAGE;
     }
-    /* A limit of another kind replaces the default number of photons. */
-    if (!photons_given && (a->options.time_s > 0 || a->options.error > 0)) a->options.photons = 0;
+    set_limits(a, photons_given);
     return -1;
 }
 

@@ -110,8 +110,9 @@ cau_result race_step(PassState *s, double error, double times, double growth, bo
 bool race_tries(const cau_render *r);
 /** Such a trial takes more than it is worth. */
 bool race_overspent(const cau_render *r);
-/** Before the first pass: a state that was gone on from may be all there is to do. */
-bool limits_all_passes(const cau_render *r);
+/** Before the first pass: a state that was gone on from may be all there is to do. Time is none that it took.
+ */
+bool limits_met_already(const PassState *s);
 
 /** After a layer's pass: its kernels are learned for good. */
 void kernels_settle(RenderGroup *group, int kind, bool tried);

@@ -305,10 +305,11 @@ static cau_result learn_from_first_pass(PassState *s, CauError *err) {
 
 cau_result render_passes(cau_render *r, CauError *err) {
     CAU_TRY(render_check_joined(r, err));
-    if (!render_has_layers(r) || limits_all_passes(r)) return CAU_OK;
+    if (!render_has_layers(r)) return CAU_OK;
     bool reference = r->options.estimator == CAU_ESTIMATOR_R;
     PassState s = {.r = r, .key = rng_combine(r->options.seed, 0x63617573u)};
     limits_begin(&s);
+    if (limits_met_already(&s)) return CAU_OK;
     cau_result result = reference ? reference_prepare(&s, err) : images_prepare(&s, err);
     if (result == CAU_OK && !reference) result = learn_from_first_pass(&s, err);
     uint64_t first = r->options.shard_count ? r->options.shard_index - 1 : 0,

@@ -285,7 +285,7 @@ cau_result render_probe(cau_render *r, CauError *err) {
     int estimator = r->options.estimator == CAU_ESTIMATOR_P   ? PLAN_ESTIMATOR_P
                     : r->options.estimator == CAU_ESTIMATOR_W ? PLAN_ESTIMATOR_W
                                                               : PLAN_ESTIMATOR_AUTO;
-    PlanChoice choice = {r->options.indirect, estimator, r->waved, r->options.photons == 0};
+    PlanChoice choice = {r->options.indirect, estimator, r->waved, render_has_rounds(r)};
     if (!plan_scene_can_have_caustics(&r->scene)) return plan_make(&r->plan, &r->scene, NULL, &choice, err);
     size_t n = r->scene.light_count;
     LightProbe *probes = array_new(n, sizeof *probes);

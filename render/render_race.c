@@ -26,6 +26,10 @@
 #define TRIAL_BLUR_MAX 2.5
 /* What one promises must be so many times better: neither knows its error well. */
 #define MARGIN 1.2
+/* What an error is that they are compared at, in parts of the lower one that is known: where time is the
+ * limit, and at least where another error is. */
+#define TARGET_TIMED 0.25
+#define TARGET_NEAREST 0.125
 
 enum { RACE_OPEN, RACE_TRIED, RACE_DECIDED };
 
@@ -126,10 +130,11 @@ cau_result race_resume(cau_render *r, CauError *err) {
     return any ? render_equip(r, err) : CAU_OK;
 }
 
-/* The error that choices are compared at: what is wanted, or one well below those reached. */
+/* The error that choices are compared at: what is wanted, or one well below those reached, for few passes
+ * tell nothing of one that is far below. */
 static double target_of(const cau_render *r, double a, double b) {
-    if (r->options.error > 0) return r->options.error;
-    return 0.25 * fmin(a > 0 ? a : 1, b > 0 ? b : 1);
+    double least = fmin(a > 0 ? a : 1, b > 0 ? b : 1);
+    return r->options.error > 0 ? fmax(r->options.error, TARGET_NEAREST * least) : TARGET_TIMED * least;
 }
 
 bool race_tries(const cau_render *r) { return r->race.stage == RACE_TRIED; }
@@ -141,9 +146,11 @@ bool race_overspent(const cau_render *r) {
     return cost > TRIAL_MOST * r->race.mrays;
 }
 
-/* What the plan's choice has still to do in all, where a time is the limit as well: `times` what it did. */
+/* What the plan's choice has still to do in all, where time or photons are a limit as well: `times` what it
+ * did. */
 static double race_left(const cau_render *r, const RaceTry *t, double times) {
-    double left = r->options.time_s > 0 ? t->cost_mrays * t->passes * (times - 1) : INFINITY;
+    bool ends = r->options.time_s > 0 || r->options.photons;
+    double left = ends ? t->cost_mrays * t->passes * (times - 1) : INFINITY;
     return r->options.error > 0 ? fmin(left, left_of(t, r->options.error, true)) : left;
 }
 

@@ -110,8 +110,8 @@ static void identity_write(const cau_render *r, const char *plan, char out[IDENT
         "version=%s\ncompiler=%s\nscene hash=%016" PRIx64 "\nseed=%" PRIu64 "\nphotons=%" PRIu64
         "\nresolution=%dx%d\nregion=%d,%d,%d,%d\nestimator=%s\nlayers=%x\nindirect effects=%s\n"
         "physical=%d\nmemory=%zu\nplan hash=%016" PRIx64 "\nshard=%u/%u\n",
-        cau_version(), __VERSION__, cau_scene_hash(r->source), o->seed, o->photons, r->scene.camera.width,
-        r->scene.camera.height, r->region[0], r->region[1], r->region[2], r->region[3],
+        cau_version(), __VERSION__, cau_scene_hash(r->source), o->seed, render_has_rounds(r) ? 0 : o->photons,
+        r->scene.camera.width, r->scene.camera.height, r->region[0], r->region[1], r->region[2], r->region[3],
         estimators[o->estimator & 3], o->layers, effects[o->indirect % 3], o->physical_radiance,
         o->memory_bytes, checksum_add(0, plan, strlen(plan)), o->shard_index, o->shard_count);
 }

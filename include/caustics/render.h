@@ -34,7 +34,8 @@ enum { CAU_INDIRECT_AUTO = 0, CAU_INDIRECT_ON = 1, CAU_INDIRECT_OFF = 2 };
 
 typedef struct cau_render_options {
     size_t size;      /**< sizeof(cau_render_options) */
-    uint64_t photons; /**< per light; 0: no limit by photons. Estimator R: camera paths of the picture */
+    uint64_t photons; /**< per light; 0: no limit by photons. Alone they settle the passes before the first;
+                         beside time or error they are the most. Estimator R: camera paths of the picture */
     double time_s;    /**< wall seconds; 0: no limit. It ends within half a pass of them */
     double error;     /**< RMSE over RMS of the layers' pixels, total over lights; 0: no limit */
     uint64_t seed;
@@ -98,9 +99,9 @@ typedef int (*cau_state_read)(void *data, void *bytes, size_t size);
 CAU_API cau_result cau_render_save(cau_render *render, cau_state_write write, void *data);
 
 /** Before cau_render_start(): goes on from a state of the same scene, photons, seed, shard and whatever else
- *  settles the bytes; limits of time and error, and threads, may differ. `name` says in messages where the
- * state comes from. What differs is CAU_ERROR_INPUT and named with both values; damage is CAU_ERROR_INPUT.
- * After an error the render can only be destroyed. */
+ *  settles the bytes; limits of time and error, photons beside these, and threads may differ. `name` says in
+ * messages where the state comes from. What differs is CAU_ERROR_INPUT and named with both values; damage is
+ * CAU_ERROR_INPUT. After an error the render can only be destroyed. */
 CAU_API cau_result cau_render_load(cau_render *render, const char *name, cau_state_read read, void *data);
 
 /** Adds the state of a finished shard to a render that is none itself. When all have been added, in any

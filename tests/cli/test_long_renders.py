@@ -148,6 +148,15 @@ class LongRenders(unittest.TestCase):
         self.good(*what, "-o", self.out, "--checkpoint", self.state, "--resume", "--threads", "2")
         self.assertEqual(content(self.one), content(self.out))
 
+    def test_finished_by_error(self):
+        """A state that met its error leaves nothing to do; a smaller one goes on."""
+        what = [BALL, "--resolution", "32x18", "--quiet", "--effects", "direct", "--checkpoint", self.state, "--resume"]
+        self.good(*what, "-o", self.one, "--error", "0.05")
+        self.good(*what, "-o", self.out, "--error", "0.05")
+        self.assertEqual(content(self.one), content(self.out))
+        self.good(*what, "-o", self.out, "--error", "0.02", "--photons", "1000000")
+        self.assertNotEqual(content(self.one), content(self.out))
+
     def test_resume_of_a_shard(self):
         what = [self.two_lights, *SMALL, "--photons", "100000", "--estimator", "P"]
         self.good(*what, "-o", self.one)

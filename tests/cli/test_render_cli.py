@@ -122,6 +122,30 @@ class Cli(unittest.TestCase):
                 out[threads] = open(self.out, "rb").read()
             self.assertEqual(out["1"], out["2"])  # whatever the time
 
+    def test_first_of_two_limits(self):
+        """Photons are a limit beside the error, which few meet first; the bytes do not depend on the threads."""
+        report, what = os.path.join(self.folder.name, "r.json"), [BALL, "-o", self.out, "--effects", "direct", "--resolution", "64x36"]
+        for photons, error, met in ((100000, 0.0001, False), (4000000, 0.1, True)):
+            out = []
+            for threads in ("1", "2"):
+                p = run(*what, "--photons", str(photons), "--error", str(error), "--threads", threads, "--report", report)
+                self.assertEqual(p.returncode, 0, p.stderr)
+                out.append(open(self.out, "rb").read())
+            figures = json.load(open(report))
+            self.assertEqual(figures["error"] <= error, met)
+            self.assertLessEqual(figures["photons_per_light"], photons)
+            self.assertEqual(figures["photons_per_light"] < photons / 10, met)
+            self.assertEqual(out[0], out[1])
+
+    def test_no_limit(self):
+        """A picture ends where it shows no error."""
+        report = os.path.join(self.folder.name, "r.json")
+        p = run(BALL, "-o", self.out, "--effects", "direct", "--resolution", "64x36", "--report", report)
+        self.assertEqual(p.returncode, 0, p.stderr)
+        figures = json.load(open(report))
+        self.assertLessEqual(figures["error"], 0.02)
+        self.assertLess(figures["photons_per_light"], 1000000)
+
     def test_time(self):
         """Where there is little, passes are small."""
         report = os.path.join(self.folder.name, "r.json")

@@ -77,7 +77,7 @@ def rings(check):
     exact = truth.ball_irradiance(1.5, 1.05, np.linspace(-0.25, 0.25, size + 1))
 
     def measure(seed):
-        e = green(s, seed, 20 * RAYS)
+        e = green(s, seed, 40 * RAYS)  # in 16 passes
         return {f"ring {edges[i]:g} to {edges[i + 1]:g}": e[ring == i].mean() for i in range(2)}
 
     for i, (name, figure) in enumerate(over_seeds(SEEDS, measure).items()):

@@ -54,6 +54,16 @@ static void rounds_grow_with_the_way(void **state) {
     assert_true(forecast_round(&photons, 8, 0.03, 16, 8).growth > 1);
 }
 
+/* What passes of one size never meet calls for larger ones, however large these had to be. */
+static void what_does_not_fall_wants_larger_passes(void **state) {
+    (void)state;
+    ErrorParts e = {.total = 0.04, .noise[ERROR_WAVES] = 9, .bias[ERROR_WAVES] = 1};
+    double far = forecast_round(&e, 8, 0.002, 1000, 16).growth;
+    assert_true(far > 16 && far <= 1000);
+    assert_true(forecast_round(&e, 8, 0.002, 16, 16).growth > 8);
+    assert_true(forecast_round(&e, 8, 1e-5, 16, 16).growth > 8);
+}
+
 /* Errors that jump about a course are evened, by those of the last quarter of the passes. */
 static void the_past_evens(void **state) {
     (void)state;
@@ -86,7 +96,7 @@ static void the_past_tells_the_speed(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(paths_take_the_square),
         cmocka_unit_test(the_least_is_kept), cmocka_unit_test(parts_fall_as_they_do),
-        cmocka_unit_test(rounds_grow_with_the_way), cmocka_unit_test(the_past_evens),
-        cmocka_unit_test(the_past_tells_the_speed)};
+        cmocka_unit_test(rounds_grow_with_the_way), cmocka_unit_test(what_does_not_fall_wants_larger_passes),
+        cmocka_unit_test(the_past_evens), cmocka_unit_test(the_past_tells_the_speed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
