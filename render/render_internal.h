@@ -82,6 +82,8 @@ typedef struct RenderGroup {
         bent[2];              /**< sums over passes, see photons.h; photons of lamps, of bent normals */
     FluxAccount wave_account; /**< of estimator W */
     uint64_t eye_points[2];   /**< at which layers were gathered: sums over passes */
+    double share[2]; /**< photons of the indirect layer's passes over the direct one's, of which one has
+                        photons_per_pass, the other fewer; [1] in rounds to come; part of a render's state */
     RaceTry race;
 } RenderGroup;
 
@@ -204,12 +206,19 @@ static inline bool render_bent_found(const cau_render *r, const Light *light, bo
     return r->bent.mirrors && (!light->delta || indirect || r->bent.rough);
 }
 
+/** Photons of a layer's pass, or rays of its wavefronts. */
+static inline uint32_t render_layer_photons(const cau_render *r, size_t group, int kind) {
+    double share = r->groups[group].share[0];
+    return (uint32_t)fmax(fmin(kind ? share : 1 / share, 1) * r->photons_per_pass, 1);
+}
+
 /** How many of them a pass has. */
 static inline uint32_t render_bent_photons(const cau_render *r, size_t light, bool indirect) {
     const LightPlan *plan = &r->plan.lights[light];
     double share = !indirect && plan->wave && !plan->photons ? plan->bent : RENDER_BENT_SHARE;
     return render_bent_found(r, &r->scene.lights[light], indirect)
-               ? (uint32_t)fmin(r->photons_per_pass * share, r->photons_held)
+               ? (uint32_t)fmin(
+                     render_layer_photons(r, r->group_of_light[light], indirect) * share, r->photons_held)
                : 0;
 }
 
@@ -223,9 +232,9 @@ double render_clock_s(void);
 /** Error of the sum of all layers so far: RMS of its standard error over its RMS; negative: not known. */
 double render_total_error(const cau_render *r);
 
-/** The same with what it is made of; of all layers, and of a group's direct layer alone. */
+/** The same with what it is made of; of all layers, and of one alone. */
 ErrorParts render_error_parts(const cau_render *r);
-ErrorParts render_layer_parts(const cau_render *r, size_t group);
+ErrorParts render_layer_parts(const cau_render *r, size_t group, int kind);
 
 /** Stores progress under the mutex. */
 void render_report(cau_render *r, const char *stage, double error, double remaining_s);

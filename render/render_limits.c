@@ -201,8 +201,16 @@ static bool time_is_up(const PassState *s, double now_s) {
 /* Another round, of larger passes or of other estimators, where little is known of a long way. */
 static cau_result next_round(PassState *s, double now_s, const ErrorParts *e, CauError *err) {
     double times, growth = growth_wanted(s, now_s, e, &times);
-    bool restart = false;
-    if (render_has_rounds(s->r)) CAU_TRY(race_step(s, e->total, times, growth, &restart, err));
+    bool restart = false, tried = race_tries(s->r);
+    if (!render_has_rounds(s->r)) return CAU_OK;
+    if (!tried) budget_look(s->r);
+    CAU_TRY(race_step(s, e->total, times, growth, &restart, err));
+    if (restart)
+        budget_take(s->r, tried);
+    else if (growth > 0) {
+        budget_look(s->r);
+        budget_take(s->r, true);
+    }
     if (restart)
         begin_again(s);
     else if (growth > 0)

@@ -2,7 +2,8 @@
 /** @file
  *  What a pass works on, shared by render_passes.c (the loop), render_kernels.c (how wide kernels are),
  *  render_look.c (eye paths of a pixel), render_waves.c (estimator W), render_limits.c (when it ends),
- *  render_forecast.c (what it has still to do) and render_race.c (which estimator). */
+ *  render_forecast.c (what it has still to do), render_race.c (which estimator),
+ *  render_budget.c (how many photons for a layer). */
 #ifndef RENDER_RENDER_PASS_STATE_H
 #define RENDER_RENDER_PASS_STATE_H
 
@@ -93,6 +94,11 @@ typedef struct Course {
     double error, speed;
 } Course;
 Course forecast_course(const ErrorParts *e, double passes, const PastErrors *past);
+
+/** How many photons each layer should have in rounds to come, by what the passes tell. */
+void budget_look(cau_render *r);
+/** Before a round: that it has them, or, in a trial of another estimator, as many for each layer. */
+void budget_take(cau_render *r, bool learned);
 
 /** How many times as large as now passes could be. */
 double limits_growth_most(const cau_render *r);

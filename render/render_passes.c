@@ -42,7 +42,7 @@ static cau_result light_pass(PassState *s, size_t light, int kind, GatherRun *ga
         .waved = !kind && plan->wave ? r->waved : NULL,
         .physical = r->options.physical_radiance,
         .key = rng_combine(rng_combine(s->key, l->stream), 2 * r->pass + (uint64_t)kind),
-        .photons = kind || plan->photons ? r->photons_per_pass : 0,
+        .photons = kind || plan->photons ? render_layer_photons(r, r->group_of_light[light], kind) : 0,
         .bent = r->bent.objects ? &r->bent : NULL,
         .guide = r->guides ? &r->guides[light] : NULL,
         .bent_photons = render_bent_photons(r, light, kind),
@@ -90,16 +90,17 @@ static uint64_t eye_point_count(const GatherRun *gather) {
     return count;
 }
 
-static cau_result group_pass(PassState *s, size_t g, int kind, double shrink, CauError *err) {
+static cau_result group_pass(PassState *s, size_t g, int kind, CauError *err) {
     cau_render *r = s->r;
+    double photons = render_layer_photons(r, g, kind);
     RenderGroup *group = &r->groups[g];
     GatherRun gather = {.scene = &r->scene,
         .trace = r->trace,
         .points = &s->points,
         .y0 = r->region[1],
         .y1 = r->region[3],
-        .radius_pixels = shrink,
-        .first_pixels = radius_shrink(r->photons_per_pass),
+        .radius_pixels = radius_shrink((double)(r->pass + 1) * photons),
+        .first_pixels = radius_shrink(photons),
         .radius = group->kernels[kind].radius,
         .cancel = &r->cancel};
     if (!kind) CAU_TRY(look_learn(s, g, err));
@@ -168,13 +169,12 @@ static cau_result photon_pass(PassState *s, CauError *err) {
     few.samples = (uint32_t)fmax(few.samples ? 1 : 0, TRIAL_SHARE * few.samples);
     if (r->pass == 0) CAU_TRY(eye_trace(&few, r->pool, &s->trial_points, err));
     CAU_TRY(eye_trace(&s->eye, r->pool, &s->points, err));
-    double shrink = radius_shrink((double)(r->pass + 1) * r->photons_per_pass);
     for (int kind = 0; kind < 2; kind++)
         for (size_t g = 0; g < r->group_count; g++)
             /* A render that was stopped within a pass goes on with those who lack it. */
             if ((kind ? r->groups[g].indirect : r->groups[g].direct) &&
                 (s->learning || r->groups[g].films[kind].passes == r->passes))
-                CAU_TRY(group_pass(s, g, kind, shrink, err));
+                CAU_TRY(group_pass(s, g, kind, err));
     return CAU_OK;
 }
 

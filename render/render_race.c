@@ -63,7 +63,7 @@ static double group_cost(const cau_render *r, size_t group) {
 static RaceTry told(const cau_render *r, size_t g) {
     RaceTry t = {.passes = (double)r->passes, .growth = limits_growth_most(r)};
     t.cost_mrays = group_cost(r, g) / t.passes;
-    ErrorParts e = render_layer_parts(r, g);
+    ErrorParts e = render_layer_parts(r, g, 0);
     double sum = 0;
     for (int i = 0; i < ERROR_PARTS; i++) sum += e.noise[i] + e.bias[i];
     if (!(e.total > 0) || !(sum > 0)) return t;

@@ -202,12 +202,12 @@ static void film_report(const RenderGroup *g, int kind, double *error, double *b
     *error = hypot(figures.relative_error, *bias);
 }
 
-ErrorParts render_layer_parts(const cau_render *r, size_t group) {
+ErrorParts render_layer_parts(const cau_render *r, size_t group, int kind) {
     ErrorParts e = {0};
-    const Film *f = film_of(&r->groups[group], 0);
+    const Film *f = film_of(&r->groups[group], kind);
     double bias, mean;
-    if (f) add_parts(r, group, 0, f, &e);
-    film_report(&r->groups[group], 0, &e.total, &bias, &mean);
+    if (f) add_parts(r, group, kind, f, &e);
+    film_report(&r->groups[group], kind, &e.total, &bias, &mean);
     return e;
 }
 

@@ -11,7 +11,7 @@
 #include <stdio.h>
 
 enum { IDENTITY_MAX = 2048, BLOCK = 1024, SHOWN_MAX = 60 };
-static const char state_magic[8] = "CAUSTAT8";
+static const char state_magic[8] = "CAUSTAT9";
 #define STATE_BYTE_ORDER 0x0102030405060708u
 /* No kernel nor pass is ever scaled beyond this, nor takes so many millions of rays; a state that says so is
  * damaged. */
@@ -66,6 +66,7 @@ static cau_result walk_course(cau_render *r, StateVisit visit, void *data) {
     for (size_t i = 0; i < r->group_count; i++) {
         RaceTry *race = &r->groups[i].race;
         CAU_TRY(visit(data, &(StateItem){STATE_SCALE, race, NULL, sizeof *race / sizeof(double)}));
+        CAU_TRY(visit(data, &(StateItem){STATE_SCALE, r->groups[i].share, NULL, 2}));
     }
     return CAU_OK;
 }

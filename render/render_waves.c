@@ -61,7 +61,7 @@ static WaveRun run_of(PassState *s, size_t light, const GatherRun *gather) {
     cau_render *r = s->r;
     const Light *l = &r->scene.lights[light];
     const LightPlan *plan = &r->plan.lights[light];
-    double casters = 0, places = plan->places, rays = r->photons_per_pass,
+    double casters = 0, places = plan->places, rays = render_layer_photons(r, r->group_of_light[light], 0),
            passes = r->passes_wanted ? (double)r->passes_wanted : WAVE_PASSES;
     for (size_t o = 0; o < r->scene.object_count; o++) casters += square(plan->share[o]);
     casters = 1 / casters; /* as many as would share the rays evenly */
@@ -79,7 +79,7 @@ static WaveRun run_of(PassState *s, size_t light, const GatherRun *gather) {
         .y1 = r->region[3],
         .key = rng_combine(s->key, l->stream),
         .pass = (uint32_t)r->pass,
-        .rays = r->photons_per_pass,
+        .rays = render_layer_photons(r, r->group_of_light[light], 0),
         .radius_pixels = RADIUS_WAVE * fmin(gather->radius_pixels, 1),
         .places = (uint32_t)clamp(ceil(places / passes), 1, fmax(1, rays / casters / square(WAVE_CELLS))),
         .cancel = &r->cancel};

@@ -148,6 +148,20 @@ class LongRenders(unittest.TestCase):
         self.good(*what, "-o", self.out, "--checkpoint", self.state, "--resume", "--threads", "2")
         self.assertEqual(content(self.one), content(self.out))
 
+    def test_photons_are_shared_out(self):
+        """What a ball's light does on its way between walls is little beside its caustic, and has fewer photons in a second round, however often it is stopped."""
+        what = [BALL, "--resolution", "48x27", "--quiet", "--effects", "direct,indirect", "--estimator", "P", "--error", "0.012"]
+        report = os.path.join(self.folder.name, "report.json")
+        self.good(*what, "-o", self.one, "--threads", "1", "--report", report)
+        with open(report) as f:
+            light = json.load(f)["lights"][0]
+        self.assertLess(light["flux_indirect"]["photons"], 0.5 * light["flux_direct"]["photons"])
+        for seconds in (0.4, 0.5, 0.6):
+            code = self.stopped(signal.SIGINT, seconds, *what, "-o", self.out, "--checkpoint", self.state, "--resume")
+            self.assertIn(code, (0, 3, -signal.SIGINT))
+        self.good(*what, "-o", self.out, "--checkpoint", self.state, "--resume", "--threads", "2")
+        self.assertEqual(content(self.one), content(self.out))
+
     def test_finished_by_error(self):
         """A state that met its error leaves nothing to do; a smaller one goes on."""
         what = [BALL, "--resolution", "32x18", "--quiet", "--effects", "direct", "--checkpoint", self.state, "--resume"]

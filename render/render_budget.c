@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* How many photons an indirect layer has beside the direct one of its light.
+ *
+ * Of two layers whose errors add up and whose squares fall as 1 / n, the sum falls fastest with n in
+ * proportion to sqrt(error^2 / cost of one) (Neyman 1934). A round tells both, so the next one has that;
+ * between lights nothing is shared out, for a layer's strength may be changed later. Cost is counted in rays,
+ * for the picture must not depend on the machine. */
+#include "render/render_pass_state.h"
+
+#include "core/checked.h"
+
+/* Few passes know the errors ill, and kernels are learned from the photons of one. */
+#define SHARE_MOST 8.0
+
+/* Sum of squares over the picture. */
+static double error2(const cau_render *r, size_t g, int kind) {
+    ErrorParts e = render_layer_parts(r, g, kind);
+    double sum = 0;
+    for (int i = 0; i < ERROR_PARTS; i++) sum += e.noise[i] + e.bias[i];
+    return sum;
+}
+
+static double rays(const RenderGroup *g, int kind) {
+    uint64_t count = g->accounts[kind].rays + g->bent[kind].rays + (kind ? 0 : g->wave_account.rays);
+    return (double)count;
+}
+
+void budget_look(cau_render *r) {
+    for (size_t i = 0; i < r->group_count; i++) {
+        RenderGroup *g = &r->groups[i];
+        if (!g->direct || !g->indirect) continue;
+        double times = sqrt(error2(r, i, 1) / error2(r, i, 0) * rays(g, 0) / rays(g, 1));
+        if (isfinite(times) && times > 0)
+            g->share[1] = clamp(g->share[0] * times, 1 / SHARE_MOST, SHARE_MOST);
+    }
+}
+
+void budget_take(cau_render *r, bool learned) {
+    for (size_t i = 0; i < r->group_count; i++) r->groups[i].share[0] = learned ? r->groups[i].share[1] : 1;
+}
