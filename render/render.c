@@ -147,7 +147,8 @@ static void set_budget(cau_render *r) {
     most = (uint64_t)look_pass_most(r, (double)most);
     if (most > UINT32_MAX / 2) most = UINT32_MAX / 2;
     uint64_t passes = (n + most - 1) / most;
-    if (passes < PASSES_MIN && n >= PASSES_MIN) passes = PASSES_MIN;
+    uint64_t least = r->view ? PASSES_WAVES : PASSES_MIN;
+    if (passes < least && n >= least) passes = least;
     if (r->options.estimator != CAU_ESTIMATOR_R) r->photons_per_pass = (uint32_t)((n + passes - 1) / passes);
     r->passes_wanted = passes;
 }

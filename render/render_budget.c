@@ -11,6 +11,8 @@
 
 /* Few passes know the errors ill, and kernels are learned from the photons of one. */
 #define SHARE_MOST 8.0
+/* The squared error falls with that power of a layer's photons: render_forecast.c has it by their kinds. */
+#define SIZE_POWER 0.8
 
 /* Sum of squares over the picture. */
 static double error2(const cau_render *r, size_t g, int kind) {
@@ -25,14 +27,27 @@ static double rays(const RenderGroup *g, int kind) {
     return (double)count;
 }
 
-void budget_look(cau_render *r) {
+/* What of photons_per_pass a layer has. */
+static double part_of_pass(double share, int kind) { return fmin(kind ? share : 1 / share, 1); }
+
+Budget budget_look(cau_render *r) {
+    double before = 0, after = 0, cost = 0, cost_after = 0;
     for (size_t i = 0; i < r->group_count; i++) {
         RenderGroup *g = &r->groups[i];
-        if (!g->direct || !g->indirect) continue;
-        double times = sqrt(error2(r, i, 1) / error2(r, i, 0) * rays(g, 0) / rays(g, 1));
-        if (isfinite(times) && times > 0)
-            g->share[1] = clamp(g->share[0] * times, 1 / SHARE_MOST, SHARE_MOST);
+        double error[2] = {error2(r, i, 0), error2(r, i, 1)}, now = g->share[0];
+        double times = sqrt(error[1] / error[0] * rays(g, 0) / rays(g, 1));
+        if (g->direct && g->indirect && isfinite(times) && times > 0)
+            g->share[1] = clamp(now * times, 1 / SHARE_MOST, SHARE_MOST);
+        for (int k = 0; k < 2; k++) {
+            double more = part_of_pass(g->share[1], k) / part_of_pass(now, k);
+            before += error[k];
+            after += error[k] * pow(more, -SIZE_POWER);
+            cost += rays(g, k);
+            cost_after += rays(g, k) * more;
+        }
     }
+    if (!(before > 0) || !(cost > 0)) return BUDGET_AS_IS;
+    return (Budget){sqrt(after / before), cost_after / cost};
 }
 
 void budget_take(cau_render *r, bool learned) {

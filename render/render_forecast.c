@@ -69,7 +69,9 @@ static bool is_reached(const ErrorParts *e, double passes, double error, double 
     return falls(e, PASSES_MOST / passes, growth) <= square(error / e->total);
 }
 
-NextRound forecast_round(const ErrorParts *e, double passes, double error, double most, double least) {
+NextRound forecast_round(
+    const ErrorParts *e, double passes, double error, double most, double least, Budget budget) {
+    double then = error / budget.error; /* what passes as they are now would have to reach */
     double left = forecast_passes(e, passes, error, 1, least) - passes;
     NextRound best = {0, left, 1};
     if (most < GROWTH_MIN) return best;
@@ -79,8 +81,8 @@ NextRound forecast_round(const ErrorParts *e, double passes, double error, doubl
     }
     for (int i = 1; i <= GROWTH_STEPS; i++) {
         double growth = pow(most, (double)i / GROWTH_STEPS), growth_s = pow(growth, PASS_TIME_POWER);
-        if (growth < GROWTH_MIN || !is_reached(e, passes, error, growth)) continue;
-        double cost = forecast_passes(e, passes, error, growth, least) * growth_s;
+        if (growth < GROWTH_MIN || !is_reached(e, passes, then, growth)) continue;
+        double cost = forecast_passes(e, passes, then, growth, least) * growth_s * budget.cost;
         if (cost < (best.growth > 0 ? best.cost : ROUND_GAIN * left))
             best = (NextRound){growth, cost, growth_s};
     }

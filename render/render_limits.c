@@ -46,7 +46,10 @@ void limits_begin(PassState *s) {
         r->pass_scale = fmax(r->pass_scale, 1);
         r->photons_per_pass = (uint32_t)fmin(r->pass_least * r->pass_scale, r->pass_most);
     }
-    s->round = (Round){.started_s = render_clock_s(), .before = r->passes, .check = next_check(r, r->passes)};
+    s->round = (Round){.started_s = render_clock_s(),
+        .before = r->passes,
+        .check = next_check(r, r->passes),
+        .budget = BUDGET_AS_IS};
 }
 
 /* The next round ends when this one thought that it would, until it knows better. */
@@ -130,7 +133,8 @@ static double growth_wanted(const PassState *s, double now_s, const ErrorParts *
     *times = 1;
     if (!render_has_rounds(r)) return 0;
     if (r->options.error > 0 && e->total > 0) {
-        growth = forecast_round(e, passes, r->options.error, growth, passes_told(r, e)).growth;
+        growth =
+            forecast_round(e, passes, r->options.error, growth, passes_told(r, e), s->round.budget).growth;
         needed = forecast_passes(e, passes, r->options.error, 1, passes_told(r, e));
     }
     double left = passes_left(s, now_s), timed = passes_in_time(s, now_s);
@@ -151,7 +155,8 @@ static double error_left_s(const PassState *s, double now_s, const ErrorParts *e
     Course course = forecast_course(e, passes, &s->r->stated);
     even.total = course.error;
     if (!(growth_wanted(s, now_s, e, &times) > 0)) most = 1;
-    NextRound round = forecast_round(&even, passes, r->options.error, most, passes_told(r, e));
+    NextRound round =
+        forecast_round(&even, passes, r->options.error, most, passes_told(r, e), s->round.budget);
     if (round.growth > 0)
         return pass_seconds(s, now_s) * (fmax(passes_told(r, e) - passes, 0) + round.cost +
                                             learning_passes(s, now_s) * round.growth_s);
@@ -200,21 +205,21 @@ static bool time_is_up(const PassState *s, double now_s) {
 
 /* Another round, of larger passes or of other estimators, where little is known of a long way. */
 static cau_result next_round(PassState *s, double now_s, const ErrorParts *e, CauError *err) {
+    cau_render *r = s->r;
+    bool restart = false, tried = race_tries(r);
+    if (!render_has_rounds(r)) return CAU_OK;
+    if (!tried) s->round.budget = budget_look(r);
     double times, growth = growth_wanted(s, now_s, e, &times);
-    bool restart = false, tried = race_tries(s->r);
-    if (!render_has_rounds(s->r)) return CAU_OK;
-    if (!tried) budget_look(s->r);
-    CAU_TRY(race_step(s, e->total, times, growth, &restart, err));
-    if (restart)
-        budget_take(s->r, tried);
-    else if (growth > 0) {
-        budget_look(s->r);
-        budget_take(s->r, true);
-    }
-    if (restart)
+    /* What passes of this size would have had, for the next ones to be compared with. */
+    CAU_TRY(race_step(s, e->total * s->round.budget.error, times, growth, &restart, err));
+    if (restart) {
+        budget_take(r, tried);
         begin_again(s);
-    else if (growth > 0)
-        start_over(s, growth, e->total);
+    } else if (growth > 0) {
+        s->round.budget = budget_look(r);
+        budget_take(r, true);
+        start_over(s, growth, e->total * s->round.budget.error);
+    }
     return CAU_OK;
 }
 

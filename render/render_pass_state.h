@@ -9,13 +9,20 @@
 
 #include "render/render_internal.h"
 
+/** What its photons make of a pass, over what it is now, when they are shared out between layers anew. */
+typedef struct Budget {
+    double error, cost;
+} Budget;
+#define BUDGET_AS_IS ((Budget){1, 1})
+
 /* Passes of one size. */
 typedef struct Round {
     double started_s, learned_s; /* learned_s: when its first pass was over */
     uint64_t before;             /* passes that it had when it was gone on with, from a state */
     uint64_t check;              /* the passes after which to ask whether it will do */
     double reported_s, left_s;   /* the last progress, and its forecast */
-    double end_s; /* when the last round thought that the render would end; 0: there was none */
+    double end_s;  /* when the last round thought that the render would end; 0: there was none */
+    Budget budget; /* that another round would have */
 } Round;
 
 /* What a pass that checks estimator W works with; empty where there is none. */
@@ -87,7 +94,8 @@ typedef struct NextRound {
     double growth, cost;
     double growth_s; /**< how many times as long its passes take */
 } NextRound;
-NextRound forecast_round(const ErrorParts *e, double passes, double error, double most, double least);
+NextRound forecast_round(
+    const ErrorParts *e, double passes, double error, double most, double least, Budget budget);
 /** What a round's errors so far tell: the one at hand, evened by those of the last quarter of the passes, and
  * the power of what is expected of the passes with which errors have fallen. */
 typedef struct Course {
@@ -95,8 +103,9 @@ typedef struct Course {
 } Course;
 Course forecast_course(const ErrorParts *e, double passes, const PastErrors *past);
 
-/** How many photons each layer should have in rounds to come, by what the passes tell. */
-void budget_look(cau_render *r);
+/** How many photons each layer should have in rounds to come, by what the passes tell. Returns what a pass of
+ * the present size would then have of the present error and cost. */
+Budget budget_look(cau_render *r);
 /** Before a round: that it has them, or, in a trial of another estimator, as many for each layer. */
 void budget_take(cau_render *r, bool learned);
 

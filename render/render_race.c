@@ -79,7 +79,7 @@ static RaceTry told(const cau_render *r, size_t g) {
  * there to go on with. */
 static double left_of(const RaceTry *t, double target, bool kept) {
     if (!(t->error.total > 0)) return INFINITY;
-    NextRound next = forecast_round(&t->error, t->passes, target, t->growth, TRIAL_PASSES);
+    NextRound next = forecast_round(&t->error, t->passes, target, t->growth, TRIAL_PASSES, BUDGET_AS_IS);
     if (next.growth > 0) return t->cost_mrays * next.cost;
     return t->cost_mrays * (next.cost + (kept ? 0 : t->passes));
 }

@@ -41,27 +41,27 @@ static void parts_fall_as_they_do(void **state) {
 static void rounds_grow_with_the_way(void **state) {
     (void)state;
     ErrorParts e = {.total = 0.1, .noise[ERROR_WAVES] = 1, .bias[ERROR_WAVES] = 1};
-    assert_true(forecast_round(&e, 8, 0.095, 16, 8).growth == 0);
-    assert_true(forecast_round(&e, 8, 0.02, 1, 8).growth == 0);
+    assert_true(forecast_round(&e, 8, 0.095, 16, 8, BUDGET_AS_IS).growth == 0);
+    assert_true(forecast_round(&e, 8, 0.02, 1, 8, BUDGET_AS_IS).growth == 0);
     double before = 1;
     for (double error = 0.06; error > 0.03; error -= 0.01) {
-        NextRound round = forecast_round(&e, 8, error, 16, 8);
+        NextRound round = forecast_round(&e, 8, error, 16, 8, BUDGET_AS_IS);
         assert_true(round.growth > before && round.growth <= 16);
         assert_true(round.cost < forecast_passes(&e, 8, error, 1, 8) - 8);
         before = round.growth;
     }
     ErrorParts photons = {.total = 0.1, .noise[ERROR_PHOTONS] = 1, .bias[ERROR_PHOTONS] = 1};
-    assert_true(forecast_round(&photons, 8, 0.03, 16, 8).growth > 1);
+    assert_true(forecast_round(&photons, 8, 0.03, 16, 8, BUDGET_AS_IS).growth > 1);
 }
 
 /* What passes of one size never meet calls for larger ones, however large these had to be. */
 static void what_does_not_fall_wants_larger_passes(void **state) {
     (void)state;
     ErrorParts e = {.total = 0.04, .noise[ERROR_WAVES] = 9, .bias[ERROR_WAVES] = 1};
-    double far = forecast_round(&e, 8, 0.002, 1000, 16).growth;
+    double far = forecast_round(&e, 8, 0.002, 1000, 16, BUDGET_AS_IS).growth;
     assert_true(far > 16 && far <= 1000);
-    assert_true(forecast_round(&e, 8, 0.002, 16, 16).growth > 8);
-    assert_true(forecast_round(&e, 8, 1e-5, 16, 16).growth > 8);
+    assert_true(forecast_round(&e, 8, 0.002, 16, 16, BUDGET_AS_IS).growth > 8);
+    assert_true(forecast_round(&e, 8, 1e-5, 16, 16, BUDGET_AS_IS).growth > 8);
 }
 
 /* Errors that jump about a course are evened, by those of the last quarter of the passes. */
