@@ -6,8 +6,13 @@
 #include <math.h>
 #include <string.h>
 
+static void level_even(Film *film) {
+    for (int i = 0; i < FILM_LEVELS; i++) film->evenness[i] = 1;
+}
+
 cau_result film_create(Film *out, size_t pixels, unsigned channels, CauError *err) {
-    *out = (Film){.pixels = pixels, .channels = channels, .evenness = 1};
+    *out = (Film){.pixels = pixels, .channels = channels};
+    level_even(out);
     size_t values;
     if (checked_mul(pixels, channels, &values)) {
         out->sum = array_new(values, sizeof(double));
@@ -33,7 +38,7 @@ void film_free(Film *film) {
 void film_clear(Film *film) {
     size_t values = film->pixels * film->channels;
     film->passes = film->stale = film->non_finite = film->first_passes = 0;
-    film->evenness = 1;
+    level_even(film);
     if (!film->sum) return;
     if (film->first) memset(film->first, 0, values * sizeof *film->first);
     memset(film->sum, 0, values * sizeof *film->sum);
@@ -81,26 +86,51 @@ static double spread(const Film *film, size_t i) {
     return fmax(0, square - mean * mean) / (n - 1);
 }
 
+static int level_of(const Film *film, size_t i) {
+    int exponent = 1;
+    if (film->brightest > 0) frexp(film_mean(film, i) / film->brightest, &exponent);
+    int level = (1 - exponent) / 2;
+    return level < 0 ? 0 : level < FILM_LEVELS ? level : FILM_LEVELS - 1;
+}
+
+static void find_brightest(Film *film) {
+    film->brightest = 0;
+    for (size_t i = 0; i < film->pixels * film->channels; i++)
+        film->brightest = fmax(film->brightest, film_mean(film, i));
+}
+
+/* Sums over the values of a level of the squared error of the mean. */
+typedef struct Level {
+    double by_passes, by_halves, fourth;
+} Level;
+
+/* Of so many independent values as the fourth powers tell, the sum of squares is off by sqrt(2 / n). */
+static double level_evenness(const Level *l) {
+    if (!(l->by_passes > 0) || !(l->by_halves > 0)) return 1;
+    double own_error = sqrt(2 * l->fourth) / l->by_halves;
+    double evenness = l->by_halves / l->by_passes * (1 + own_error);
+    return fmin(fmax(ceil(evenness * EVENNESS_STEPS) / EVENNESS_STEPS, EVENNESS_LEAST), 1);
+}
+
 void film_settle(Film *film) {
-    film->evenness = 1;
+    level_even(film);
     if (!film->first || film->passes < HALVES_LEAST || film->first_passes == 0 ||
         film->first_passes >= film->passes)
         return;
     double n = (double)film->passes, a = (double)film->first_passes, b = n - a;
-    double by_passes = 0, by_halves = 0, fourth = 0;
+    Level levels[FILM_LEVELS] = {{0}};
     size_t values = film->pixels * film->channels;
-    for (size_t i = 0; i < values; i++) {
+    find_brightest(film);
+    for (size_t i = 0; film->brightest > 0 && i < values; i++) {
+        Level *level = &levels[level_of(film, i)];
         double second = film->sum[i] + (double)film->sum_low[i] - film->first[i];
         double square =
             (film->first[i] / a - second / b) * (film->first[i] / a - second / b) * a * b / (n * n);
-        by_passes += spread(film, i);
-        by_halves += square;
-        fourth += square * square;
+        level->by_passes += spread(film, i);
+        level->by_halves += square;
+        level->fourth += square * square;
     }
-    if (!(by_passes > 0) || !(by_halves > 0)) return;
-    /* Of so many independent values as the fourth powers tell, the sum of squares is off by sqrt(2 / n). */
-    double own_error = sqrt(2 * fourth) / by_halves, evenness = by_halves / by_passes * (1 + own_error);
-    film->evenness = fmin(fmax(ceil(evenness * EVENNESS_STEPS) / EVENNESS_STEPS, EVENNESS_LEAST), 1);
+    for (int i = 0; i < FILM_LEVELS; i++) film->evenness[i] = level_evenness(&levels[i]);
 }
 
 /* ---- passes ---- */
@@ -136,7 +166,8 @@ double film_mean(const Film *film, size_t i) {
 }
 
 double film_error(const Film *film, size_t i) {
-    return film_passes(film) < 2 ? 0 : sqrt(spread(film, i) * film->evenness);
+    if (film_passes(film) < 2) return 0;
+    return sqrt(film->first ? spread(film, i) * film->evenness[level_of(film, i)] : spread(film, i));
 }
 
 FilmFigures film_figures(const Film *film) {

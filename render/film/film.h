@@ -20,15 +20,20 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/** Evenness differs between a focus and the faint light around it: it is known for so many levels of
+ * brightness, each a fourth of the one before. */
+enum { FILM_LEVELS = 12 };
+
 typedef struct Film {
     size_t pixels;
     unsigned channels; /**< 1 or 3 */
     double *sum, *square_sum;
-    float *sum_low, *square_low; /**< what the rounding of the sums lost, to be added */
-    double *first;               /**< of two halves: the sum of the first passes; else NULL */
-    uint64_t first_passes;       /**< that it holds */
-    uint64_t half;               /**< that it is to hold, or FILM_DOUBLING */
-    double evenness;             /**< see film_settle() */
+    float *sum_low, *square_low;  /**< what the rounding of the sums lost, to be added */
+    double *first;                /**< of two halves: the sum of the first passes; else NULL */
+    uint64_t first_passes;        /**< that it holds */
+    uint64_t half;                /**< that it is to hold, or FILM_DOUBLING */
+    double evenness[FILM_LEVELS]; /**< see film_settle(); [0]: of the brightest */
+    double brightest;             /**< value of the mean */
     uint64_t passes;
     uint64_t stale;      /**< passes that the sums hold still, see film_restart() */
     uint64_t non_finite; /**< values of a pass refused because they were NaN or Inf (counted as 0) */
@@ -44,9 +49,9 @@ void film_free(Film *film);
 cau_result film_halve(Film *film, uint64_t half, CauError *err);
 
 /** Sets the evenness anew: the squared error of the mean that the halves tell, over what the spread of the
- * passes does, summed over the picture and by its own standard error greater; 1/64 to 1, and 1 where there
- * are no two halves. In steps of 1/4096, so that what the sums of shards lose in rounding does not show. Part
- * of film_add(). */
+ * passes does, summed over all values of a level and by its own standard error greater; 1/64 to 1, and 1
+ * where there are no two halves. In steps of 1/4096, so that what the sums of shards lose in rounding does
+ * not show. Part of film_add(). */
 void film_settle(Film *film);
 
 /** Adds a pass (pixels * channels values). NULL is a black pass. */

@@ -224,6 +224,28 @@ static void halves_know_how_even_passes_are(void **state) {
     assert_true(stated_over_true(true, 16, 16) > 3.5 && stated_over_true(true, 3, 1) > 1);
 }
 
+/* A focus whose passes are even says nothing of the faint light around it, whose passes are not. */
+static void faint_light_has_its_own_evenness(void **state) {
+    (void)state;
+    enum { PIXELS = 4000, PASSES = 16 };
+    Film film;
+    double pass[PIXELS], stated[2] = {0}, error[2] = {0};
+    assert_int_equal(film_create(&film, PIXELS, 1, NULL), CAU_OK);
+    assert_int_equal(film_halve(&film, PASSES / 2, NULL), CAU_OK);
+    for (int k = 0; k < PASSES; k++) {
+        for (int i = 0; i < PIXELS; i++)
+            pass[i] = i % 2 ? even_place(false, i, k) : 1000 * even_place(true, i, k);
+        film_add(&film, pass);
+    }
+    for (size_t i = 0; i < PIXELS; i++) {
+        stated[i % 2] += square(film_error(&film, i));
+        error[i % 2] += square(film_mean(&film, i) - (i % 2 ? 0.5 : 500));
+    }
+    film_free(&film);
+    assert_true(sqrt(stated[1] / error[1]) > 0.9 && sqrt(stated[1] / error[1]) < 1.15);
+    assert_true(sqrt(stated[0] / error[0]) > 1 && sqrt(stated[0] / error[0]) < 2.5);
+}
+
 static void film_refuses_what_is_not_finite(void **state) {
     (void)state;
     Film film;
@@ -366,6 +388,7 @@ int main(void) {
         cmocka_unit_test(film_sums_do_not_drift),
         cmocka_unit_test(film_shows_the_old_until_there_is_new),
         cmocka_unit_test(halves_know_how_even_passes_are),
+        cmocka_unit_test(faint_light_has_its_own_evenness),
         cmocka_unit_test(film_refuses_what_is_not_finite),
         cmocka_unit_test(filter_samples_have_its_density),
         cmocka_unit_test(camera_projects_where_it_looks),
