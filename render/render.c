@@ -88,8 +88,7 @@ static cau_result make_groups(cau_render *r, CauError *err) {
     for (size_t i = 0; i < n; i++) {
         size_t g = 0;
         while (g < r->group_count && strcmp(r->groups[g].name, r->scene.lights[i].layer) != 0) g++;
-        if (g == r->group_count)
-            r->groups[r->group_count++] = (RenderGroup){.name = r->scene.lights[i].layer, .share = {1, 1}};
+        if (g == r->group_count) r->groups[r->group_count++].name = r->scene.lights[i].layer;
         r->group_of_light[i] = g;
     }
     return CAU_OK;

@@ -34,12 +34,12 @@ Budget budget_look(cau_render *r) {
     double before = 0, after = 0, cost = 0, cost_after = 0;
     for (size_t i = 0; i < r->group_count; i++) {
         RenderGroup *g = &r->groups[i];
-        double error[2] = {error2(r, i, 0), error2(r, i, 1)}, now = g->share[0];
+        double error[2] = {error2(r, i, 0), error2(r, i, 1)}, now = render_share(g, 0);
         double times = sqrt(error[1] / error[0] * rays(g, 0) / rays(g, 1));
         if (g->direct && g->indirect && isfinite(times) && times > 0)
             g->share[1] = clamp(now * times, 1 / SHARE_MOST, SHARE_MOST);
         for (int k = 0; k < 2; k++) {
-            double more = part_of_pass(g->share[1], k) / part_of_pass(now, k);
+            double more = part_of_pass(render_share(g, 1), k) / part_of_pass(now, k);
             before += error[k];
             after += error[k] * pow(more, -SIZE_POWER);
             cost += rays(g, k);
@@ -51,5 +51,5 @@ Budget budget_look(cau_render *r) {
 }
 
 void budget_take(cau_render *r, bool learned) {
-    for (size_t i = 0; i < r->group_count; i++) r->groups[i].share[0] = learned ? r->groups[i].share[1] : 1;
+    for (size_t i = 0; i < r->group_count; i++) r->groups[i].share[0] = learned ? r->groups[i].share[1] : 0;
 }

@@ -83,7 +83,8 @@ typedef struct RenderGroup {
     FluxAccount wave_account; /**< of estimator W */
     uint64_t eye_points[2];   /**< at which layers were gathered: sums over passes */
     double share[2]; /**< photons of the indirect layer's passes over the direct one's, of which one has
-                        photons_per_pass, the other fewer; [1] in rounds to come; part of a render's state */
+                        photons_per_pass, the other fewer; 0: not known, as many. [1] in rounds to come. Part
+                        of a render's state */
     RaceTry race;
 } RenderGroup;
 
@@ -206,9 +207,14 @@ static inline bool render_bent_found(const cau_render *r, const Light *light, bo
     return r->bent.mirrors && (!light->delta || indirect || r->bent.rough);
 }
 
+/** [0] of the present passes, [1] of rounds to come. */
+static inline double render_share(const RenderGroup *g, int when) {
+    return g->share[when] > 0 ? g->share[when] : 1;
+}
+
 /** Photons of a layer's pass, or rays of its wavefronts. */
 static inline uint32_t render_layer_photons(const cau_render *r, size_t group, int kind) {
-    double share = r->groups[group].share[0];
+    double share = render_share(&r->groups[group], 0);
     return (uint32_t)fmax(fmin(kind ? share : 1 / share, 1) * r->photons_per_pass, 1);
 }
 
