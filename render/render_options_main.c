@@ -23,7 +23,7 @@ static const char help_text[] =
     "usage: caustic-render SCENE -o OUT.exr [options]\n"
     "\n"
     "  -o FILE                where the layers go; written beside and renamed when whole\n"
-    "  --photons N            photons per light; with --estimator R, camera paths\n"
+    "  --photons N            photons per light; of estimator R camera paths\n"
     "  --time S               stop after S seconds\n"
     "  --error E              stop when the error (RMSE / RMS of the layers) is E\n"
     "                         [0.02 or 4000000 photons, whichever comes first;\n"
