@@ -43,7 +43,7 @@ def render(folder, name, *options):
     scene, out = os.path.join(folder, "scene.json"), os.path.join(folder, name)
     with open(scene, "w", encoding="utf-8") as file:
         json.dump(SCENE, file)
-    subprocess.run([PROGRAM, scene, "-o", out, "--photons", "5000", "--effects", "direct,indirect", "--layers",
+    subprocess.run([PROGRAM, scene, "-o", out, "--photons", "4800", "--effects", "direct,indirect", "--layers",
                     "radiance,indirect,irradiance,error", "--quiet", *options], check=True)
     return out
 
