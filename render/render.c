@@ -12,7 +12,7 @@
 enum { PASS_PHOTONS = 131072, PASSES_MIN = 8 };
 /* Wavefronts hold no photons: so many passes tell their error, and of fewer a ball has more of it (1e6 rays
  * in 8, 16 and 32: .33, .27, .20 %; ring .56, .56, .59; water .42, .48, .53). */
-enum { PASSES_WAVES = 16 };
+enum { PASSES_WAVES = 16 }; /* but not of fewer rays than a round begins with */
 /* In a picture of more pixels passes have more photons, up to one a pixel, or most of the time is eye paths;
  * but of a render of so many photons there are this many passes, for edges are smooth by their number. */
 enum { PASSES_LARGE = 16 };
@@ -142,11 +142,11 @@ static void set_budget(cau_render *r) {
     r->photons_per_pass = r->pass_least = r->pass_most = r->photons_held = (uint32_t)most;
     if (render_has_rounds(r)) set_round_sizes(r, (double)most);
     if (n == 0 || render_has_rounds(r)) return;
-    if (render_waves_alone(r)) most = n / PASSES_WAVES + 1;
+    uint64_t least = r->view && n >= PASSES_WAVES * PASS_LEAST_WAVES ? PASSES_WAVES : PASSES_MIN;
+    if (render_waves_alone(r)) most = n / least + 1;
     most = (uint64_t)look_pass_most(r, (double)most);
     if (most > UINT32_MAX / 2) most = UINT32_MAX / 2;
     uint64_t passes = (n + most - 1) / most;
-    uint64_t least = r->view ? PASSES_WAVES : PASSES_MIN;
     if (passes < least && n >= least) passes = least;
     if (r->options.estimator != CAU_ESTIMATOR_R) r->photons_per_pass = (uint32_t)((n + passes - 1) / passes);
     r->passes_wanted = passes;

@@ -290,7 +290,7 @@ class LongRenders(unittest.TestCase):
                 (["--resume", "-o", self.out], "--checkpoint"), (["--shard", "0/2", "-o", self.out], "--shard"),
                 (["--shard", "3/2", "-o", self.out], "--shard"), (["--shard", "2", "-o", self.out], "--shard"),
                 (["--shard", "1/2", "--time", "3", "-o", self.out], "photons alone"), (["-o", self.out, "--join"], "--join"),
-                (["--shard", "1/17", "--photons", "9000", "-o", self.out], "16 passes"), (["--checkpoint", self.state], "-o"),
+                (["--shard", "1/9", "--photons", "9000", "-o", self.out], "8 passes"), (["--checkpoint", self.state], "-o"),
                 (["--checkpoint", "-", "-o", self.out], "--checkpoint"), (["--shard", "1/2"], "-o"),
                 (["-o", self.out, "--frames", "1-3"], "####"), (["-o", self.out + "####", "--frames", "3-1"], "--frames"),
                 (["-o", self.out, "--checkpoint", self.state, "--join", self.state], "--join"),
