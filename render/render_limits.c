@@ -216,7 +216,7 @@ static cau_result next_round(PassState *s, double now_s, const ErrorParts *e, Ca
         budget_take(r, tried);
         begin_again(s);
     } else if (growth > 0) {
-        s->round.budget = budget_look(r);
+        if (tried) s->round.budget = budget_look(r);
         budget_take(r, true);
         start_over(s, growth, e->total * s->round.budget.error);
     }

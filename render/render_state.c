@@ -120,7 +120,7 @@ static void identity_write(const cau_render *r, const char *plan, char out[IDENT
 uint64_t cau_render_stamp(const cau_render *r) {
     char identity[IDENTITY_MAX];
     identity_write(r, "", identity); /* it may have no plan yet, and the rest settles the plan */
-    double limits[2] = {r->options.time_s, r->options.error};
+    double limits[3] = {r->options.time_s, r->options.error, (double)r->options.photons};
     return checksum_add(checksum_add(0, identity, strlen(identity)), limits, sizeof limits);
 }
 
@@ -362,9 +362,10 @@ cau_result cau_render_load(cau_render *r, const char *name, cau_state_read read,
 static cau_result join_prepare(Reader *in) {
     cau_render *r = in->render;
     if (r->running || r->has_ended || r->options.shard_count || (r->passes && !r->joined) ||
-        !r->options.photons)
+        !r->options.photons || render_has_rounds(r))
         return error_set(in->err, CAU_ERROR_USAGE,
-            "shards are joined before the render starts, in one that is limited by photons and no shard");
+            "shards are joined before the render starts, in one that is limited by photons alone and no "
+            "shard");
     if (r->joined) return CAU_OK;
     cau_result result = cau_render_plan(r);
     if (result != CAU_OK) return error_set(in->err, result, "%s", r->error.text);
